@@ -1,0 +1,41 @@
+#include <fmt/format.h>
+
+#include "app/model.hpp"
+#include "app/verbs.hpp"
+#include "base/parallel.hpp"
+
+namespace calor {
+
+int check_case(const Case& c, MPI_Comm comm) {
+  Phases phases;
+  Model model = build_model(c, comm, phases);
+  Probes probes(c, *model.cloud);
+  HeatSystem& system = *model.system;
+  const Cloud& cloud = *model.cloud;
+  const CloudCheck sound = check(cloud);
+  State state = system.start(0, model.T_start);
+  system.impose(0, state.T, state.E, state.exchanged);
+  const double bound = system.rate_bound(0, state.T);
+  const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
+  const double pairs = model.weights.contains("pairs") ? model.weights.at("pairs") : 0;
+  if (rank_of(comm) != 0) return 0;
+
+  const auto line = [](const char* what, const std::string& value) { fmt::print("{:<22}{}\n", what, value); };
+  line("case", c.name());
+  line("method", chosen_method(c).name);
+  line("points", fmt::format("{} in {}D, {} with prescribed temperature", cloud.count, cloud.dimension, prescribed));
+  if (pairs > 0) line("neighbours", fmt::format("{:.1f} a point", pairs / static_cast<double>(cloud.count)));
+  line("volume", fmt::format("{:.9g} m^3, off by {:.1e}", sound.volume, sound.volume_error));
+  line("boundary areas",
+       fmt::format("sum {:.1e}, moment {:.1e} (both should vanish)", sound.area_sum, sound.moment_sum));
+  if (model.weights.contains("weight_residual"))
+    line("weights", fmt::format("residual {:.1e}, {} negative", model.weights.at("weight_residual"),
+                                model.weights.at("negative_weights")));
+  if (!is_steady(c) && bound > 0) line("explicit step", fmt::format("stable up to {:.4g} s (Gershgorin)", 2 / bound));
+  // An explicit step streams 8 + 4 bytes a pair and some 30 arrays of the size of the cloud.
+  line("memory", fmt::format("about {:.3g} MB", (12 * pairs + 240. * static_cast<double>(cloud.count)) / 1e6));
+  for (const std::string& note : model.notes) line("note", note);
+  return 0;
+}
+
+}  // namespace calor

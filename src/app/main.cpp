@@ -1,0 +1,123 @@
+// The command: a thin layer that reads arguments, owns MPI and PETSc, and turns errors into exit codes.
+#include <fmt/format.h>
+#include <petscsys.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <functional>
+
+#include "app/doc.hpp"
+#include "app/run.hpp"
+#include "app/verbs.hpp"
+#include "base/parallel.hpp"
+#include "output/expect.hpp"
+#include "output/report.hpp"
+
+namespace {
+
+using namespace calor;
+
+struct CommandLine {
+  std::string case_file, folder, json, name, key;
+  std::vector<std::string> overrides, paths;
+  int ranks = 1;
+  bool quiet = false;
+};
+
+int run_verb(const CommandLine& a, MPI_Comm comm) {
+  const Case c = Case::read(a.case_file, a.overrides);
+  const std::string folder = a.folder.empty() ? "results/" + c.name() : a.folder;
+  catch_interrupts();
+  const RunResult result = run(c, comm, {.folder = folder, .quiet = a.quiet});
+  if (rank_of(comm) == 0 && !a.quiet) {
+    for (const Verdict& v : result.verdicts) fmt::print("{}\n", line(v));
+    fmt::print("results in {}\n", folder);
+  }
+  if (result.interrupted_by) return 128 + result.interrupted_by;
+  return result.passed() ? 0 : 1;
+}
+
+/// Runs a verb under MPI and PETSc; PETSc's own handlers would print stacks over our messages.
+int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
+  int no_arguments = 1;  // all words on the command line are calor's own; PETSc reads PETSC_OPTIONS
+  PetscCall(PetscInitialize(&no_arguments, &argv, nullptr, nullptr));
+  PetscCall(PetscPopSignalHandler());
+  int code = 0;
+  try {
+    code = verb(PETSC_COMM_WORLD);
+  } catch (const Error& e) {
+    if (rank_of(PETSC_COMM_WORLD) == 0) fmt::print(stderr, "{}\n", e.what());
+    code = static_cast<int>(e.fault());
+  }
+  PetscCall(PetscFinalize());
+  return code;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
+  spdlog::set_pattern("%v");
+  CLI::App app{"calor computes temperatures in solids without a mesh.", "calor"};
+  app.set_version_flag("--version", "calor " CALOR_VERSION);
+  app.require_subcommand(1);
+  CommandLine a;
+
+  CLI::App* run = app.add_subcommand("run", "run a case");
+  CLI::App* check = app.add_subcommand("check", "build everything, say sizes, step bound and memory; run nothing");
+  for (CLI::App* verb : {run, check}) {
+    verb->add_option("CASE", a.case_file, "case file (TOML)")->required();
+    verb->add_option("key=value", a.overrides, "changes to the case, e.g. sph.smoothing=1.3 or variant=NAME");
+    verb->add_option("-j", a.ranks, "number of processes")->check(CLI::Range(1, 1 << 20));
+  }
+  run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
+  run->add_flag("--quiet", a.quiet, "print errors only");
+
+  CLI::App* verify = app.add_subcommand("verify", "run cases and compare with what they expect");
+  verify->add_option("CASE|FOLDER", a.paths, "default: cases");
+  verify->add_option("--json", a.json, "file for the results as a list");
+  CLI::App* fresh = app.add_subcommand("new", "write a commented starter case");
+  fresh->add_option("NAME", a.name)->required();
+  CLI::App* doc = app.add_subcommand("doc", "the manual of case files");
+  doc->add_option("KEY", a.key, "a section or a key, e.g. cloud or cloud.radius");
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& e) {
+    return app.exit(e);
+  } catch (const CLI::ParseError& e) {
+    app.exit(e);
+    return static_cast<int>(Fault::command);
+  }
+
+  try {
+    if (*fresh) return new_case(a.name);
+    if (*doc) {
+      fmt::print("{}", manual(schema(), a.key));
+      return 0;
+    }
+    if (a.ranks > 1) {
+      Case::read(a.case_file, a.overrides);  // a wrong case is told once, before any rank starts
+      std::vector<std::string> words;
+      for (int n = 1; n < argc; ++n) {
+        const std::string word = argv[n];
+        if (word == "-j")
+          ++n;
+        else if (!word.starts_with("-j"))
+          words.push_back(word);
+      }
+      launch(a.ranks, words);
+    }
+  } catch (const Error& e) {
+    fmt::print(stderr, "{}\n", e.what());
+    return static_cast<int>(e.fault());
+  }
+
+  return under_petsc(argv, [&](MPI_Comm comm) {
+    if (*check) return check_case(Case::read(a.case_file, a.overrides), comm);
+    if (*verify) return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
+    return run_verb(a, comm);
+  });
+}

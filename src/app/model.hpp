@@ -1,0 +1,30 @@
+#pragma once
+// A case put together: cloud, flux sites, conditions, material, heat system; ready to be checked or run.
+#include <memory>
+#include <string>
+
+#include "case/case.hpp"
+#include "cloud/cloud.hpp"
+#include "method/method.hpp"
+#include "output/phases.hpp"
+#include "output/probes.hpp"
+#include "solve/heat_system.hpp"
+
+namespace calor {
+
+struct Model {
+  const Case& description;
+  std::unique_ptr<Cloud> cloud;  // at a fixed address: sites and system refer to it
+  MethodReport weights;
+  std::vector<std::string> notes;
+  std::unique_ptr<HeatSystem> system;
+  std::vector<double> T_start;  ///< owned points, K, walls not imposed
+};
+
+/// Builds everything up to the heat system. Collective; throws Error.
+Model build_model(const Case& c, MPI_Comm comm, Phases& phases);
+
+/// Is the case steady (a [steady] section) or transient ([time])? Throws Error when it is neither or both.
+bool is_steady(const Case& c);
+
+}  // namespace calor

@@ -1,0 +1,32 @@
+#pragma once
+// The way of the data: case -> cloud -> flux sites -> heat system -> integrator -> outputs.
+#include <mpi.h>
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+#include "output/expect.hpp"
+
+namespace calor {
+
+struct RunOptions {
+  std::string folder;  ///< results; empty: nothing is written
+  bool quiet = false;  ///< no progress line
+};
+
+struct RunResult {
+  std::vector<Verdict> verdicts;
+  std::map<std::string, double> numbers;  ///< what report.json says
+  int interrupted_by = 0;                 ///< signal number, 0 = ran to the end
+  bool passed() const;
+};
+
+/// Runs a case. Collective; throws Error.
+RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options);
+
+/// Lets SIGINT and SIGTERM end a run after the current step, with everything written so far readable.
+void catch_interrupts();
+
+}  // namespace calor

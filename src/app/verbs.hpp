@@ -1,0 +1,25 @@
+#pragma once
+// The verbs of the command besides `run`; each returns the exit code.
+#include <mpi.h>
+
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+
+namespace calor {
+
+/// Builds everything and says sizes, time-step bound and memory; runs nothing. Collective.
+int check_case(const Case& c, MPI_Comm comm);
+
+/// Runs the cases below the given files and folders, with all their variants, as far as they carry [[expect]] entries;
+/// a line each, then 'N passed, M failed'. `json`: file for the list of results, or empty. Collective.
+int verify(const std::vector<std::string>& paths, const std::string& json, MPI_Comm comm);
+
+/// Writes a commented starter case to NAME.toml. Never overwrites.
+int new_case(const std::string& name);
+
+/// Starts `ranks` copies of this command under mpiexec, without -j. Returns only by throwing Error.
+[[noreturn]] void launch(int ranks, const std::vector<std::string>& arguments);
+
+}  // namespace calor

@@ -1,0 +1,83 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+
+#include "app/run.hpp"
+#include "app/verbs.hpp"
+#include "base/parallel.hpp"
+#include "case/json.hpp"
+
+namespace calor {
+namespace {
+
+/// All .toml files at or below the paths, sorted.
+std::vector<std::string> case_files(const std::vector<std::string>& paths) {
+  std::vector<std::string> files;
+  for (const std::string& path : paths) {
+    if (!std::filesystem::exists(path))
+      throw Error(Fault::file, {path}, "there is no such file or folder", "check the path");
+    if (!std::filesystem::is_directory(path)) {
+      files.push_back(path);
+      continue;
+    }
+    for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
+      if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
+  }
+  std::ranges::sort(files);
+  return files;
+}
+
+/// One line of the table: verdict, case, what was compared.
+void print(const std::string& name, const Verdict& v) {
+  fmt::print("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", v.passed ? "ok  " : "FAIL", name, v.what, v.norm, v.error,
+             v.tolerance, v.unit);
+  std::fflush(stdout);
+}
+
+}  // namespace
+
+int verify(const std::vector<std::string>& paths, const std::string& json, MPI_Comm comm) {
+  const bool speaks = rank_of(comm) == 0;
+  int passed = 0, failed = 0;
+  std::string entries;
+  const auto book = [&](const std::string& name, const Verdict& v) {
+    (v.passed ? passed : failed) += 1;
+    if (!speaks) return;
+    print(name, v);
+    entries += fmt::format(
+        "{}  {{\"case\": {}, \"what\": {}, \"norm\": {}, \"unit\": {}, \"error\": {}, \"tolerance\": {}, \"passed\": "
+        "{}}}",
+        entries.empty() ? "" : ",\n", json_string(name), json_string(v.what), json_string(v.norm), json_string(v.unit),
+        json_number(v.error), json_number(v.tolerance), v.passed);
+  };
+
+  for (const std::string& file : case_files(paths)) {
+    std::vector<std::vector<std::string>> runs{{}};
+    for (std::size_t n = 0; n < runs.size(); ++n) {
+      std::string name = file;
+      try {
+        const Case c = Case::read(file, runs[n]);
+        name = c.name();
+        if (n == 0)
+          for (const std::string& variant : c.variants()) runs.push_back({"variant=" + variant});
+        if (c.root().list("expect").empty()) continue;
+        for (const Verdict& v : run(c, comm, {.folder = "", .quiet = true}).verdicts) book(name, v);
+      } catch (const Error& e) {
+        book(name, {.what = e.what(), .norm = "run", .unit = "", .error = NAN, .tolerance = 0, .passed = false});
+      }
+    }
+  }
+  if (speaks) {
+    fmt::print("{} passed, {} failed\n", passed, failed);
+    if (!json.empty()) {
+      std::ofstream out(json);
+      out << "[\n" << entries << "\n]\n";
+      if (!out) throw Error(Fault::file, {json}, "cannot be written", "choose another file for --json");
+    }
+  }
+  return failed == 0 ? 0 : 1;
+}
+
+}  // namespace calor

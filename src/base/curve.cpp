@@ -1,0 +1,350 @@
+#include "base/curve.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "base/error.hpp"
+
+namespace calor {
+namespace {
+
+enum class Ask { value, derivative, integral };
+
+/// On one interval, with s the distance from its left knot: value c0 + c1 s + c2 s^2 + c3 s^3, and the integral of the
+/// curve up to that knot.
+struct Cubic {
+  double c0 = 0, c1 = 0, c2 = 0, c3 = 0;
+  double before = 0;
+
+  template <Ask ask>
+  double at(double s) const {
+    if constexpr (ask == Ask::value) return c0 + s * (c1 + s * (c2 + s * c3));
+    if constexpr (ask == Ask::derivative) return c1 + s * (2 * c2 + s * (3 * c3));
+    return before + s * (c0 + s * (c1 / 2 + s * (c2 / 3 + s * (c3 / 4))));
+  }
+};
+
+}  // namespace
+
+/// The ways to hold knots; asked for whole arrays at once.
+struct Curve::Knots {
+  virtual ~Knots() = default;
+  virtual void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const = 0;
+  virtual std::vector<double> kinks() const { return {}; }
+};
+
+namespace {
+
+// ---- through given points -------------------------------------------------------------------------------------------
+
+/// Slopes at the points of a monotone cubic (Fritsch & Carlson, SIAM J. Numer. Anal. 17, 1980).
+std::vector<double> monotone_slopes(const std::vector<double>& x, const std::vector<double>& y) {
+  const std::size_t n = x.size();
+  std::vector<double> h(n - 1), secant(n - 1), slope(n);
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    h[i] = x[i + 1] - x[i];
+    secant[i] = (y[i + 1] - y[i]) / h[i];
+  }
+  if (n == 2) return {secant[0], secant[0]};
+
+  // Slopes of the parabola through three neighbours, zero where they would not be monotone ...
+  const auto at_end = [](double h0, double h1, double secant0, double secant1) {
+    const double d = ((2 * h0 + h1) * secant0 - h0 * secant1) / (h0 + h1);
+    return d * secant0 > 0 ? d : 0;
+  };
+  slope.front() = at_end(h[0], h[1], secant[0], secant[1]);
+  slope.back() = at_end(h[n - 2], h[n - 3], secant[n - 2], secant[n - 3]);
+  for (std::size_t i = 1; i + 1 < n; ++i) {
+    if (secant[i - 1] * secant[i] > 0) slope[i] = (h[i] * secant[i - 1] + h[i - 1] * secant[i]) / (h[i - 1] + h[i]);
+  }
+  // ... and brought into the circle of radius 3 where they are too steep.
+  for (std::size_t i = 0; i + 1 < n; ++i) {
+    if (secant[i] == 0) continue;
+    const double steepness = std::hypot(slope[i] / secant[i], slope[i + 1] / secant[i]);
+    if (steepness > 3) {
+      slope[i] *= 3 / steepness;
+      slope[i + 1] *= 3 / steepness;
+    }
+  }
+  return slope;
+}
+
+class Points final : public Curve::Knots {
+ public:
+  Points(std::vector<double> x, const std::vector<double>& y, Interpolation interpolation) : x_(std::move(x)) {
+    const std::size_t n = x_.size();
+    const std::vector<double> slope =
+        interpolation == Interpolation::cubic ? monotone_slopes(x_, y) : std::vector<double>(n);
+    // Interval i lies to the left of point i; the first and the last one reach to infinity.
+    from_.push_back(x_.front());
+    cubics_.push_back({.c0 = y.front()});
+    for (std::size_t i = 0; i + 1 < n; ++i) {
+      const double h = x_[i + 1] - x_[i];
+      const double secant = (y[i + 1] - y[i]) / h;
+      Cubic c{.c0 = y[i], .c1 = secant, .before = integral_at(x_[i])};
+      if (interpolation == Interpolation::cubic) {
+        c.c1 = slope[i];
+        c.c2 = (3 * secant - 2 * slope[i] - slope[i + 1]) / h;
+        c.c3 = (slope[i] + slope[i + 1] - 2 * secant) / (h * h);
+      }
+      from_.push_back(x_[i]);
+      cubics_.push_back(c);
+    }
+    const double end = integral_at(x_.back());
+    from_.push_back(x_.back());
+    cubics_.push_back({.c0 = y.back(), .before = end});
+
+    constexpr std::size_t buckets_per_knot = 8;
+    below_.resize(buckets_per_knot * n);
+    buckets_per_x_ = below_.size() / (x_.back() - x_.front());
+    std::size_t knot = 0;
+    for (std::size_t b = 0; b < below_.size(); ++b) {
+      while (knot < n && bucket(x_[knot]) < b) ++knot;
+      below_[b] = knot;
+    }
+    x_.push_back(std::numeric_limits<double>::quiet_NaN());  // not <= anything
+
+    // So far from the first point on; from zero on is what was promised.
+    double origin = 0;
+    const double zero = 0;
+    evaluate(Ask::integral, {&zero, 1}, {&origin, 1});
+    for (Cubic& c : cubics_) c.before -= origin;
+  }
+
+  void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const override {
+    if (ask == Ask::value) evaluate<Ask::value>(x, out);
+    if (ask == Ask::derivative) evaluate<Ask::derivative>(x, out);
+    if (ask == Ask::integral) evaluate<Ask::integral>(x, out);
+  }
+
+  std::vector<double> kinks() const override {
+    std::vector<double> found;
+    for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
+      const double left = cubics_[i].at<Ask::derivative>(x_[i] - from_[i]);
+      const double right = cubics_[i + 1].c1;
+      const double rounding = 1e-12 * (std::abs(left) + std::abs(right));
+      if (std::abs(left - right) > rounding) found.push_back(x_[i]);
+    }
+    return found;
+  }
+
+ private:
+  /// Integral of the intervals so far.
+  double integral_at(double x) const { return cubics_.back().at<Ask::integral>(x - from_.back()); }
+
+  template <Ask ask>
+  void evaluate(std::span<const double> x, std::span<double> out) const {
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      std::size_t interval = below_[bucket(x[i])];
+      while (x_[interval] <= x[i]) ++interval;  // ends at the sentinel at the latest
+      out[i] = cubics_[interval].at<ask>(x[i] - from_[interval]);
+    }
+  }
+
+  /// Equal buckets over the table; rounding cannot put a smaller x into a higher one. NaN goes into the last.
+  std::size_t bucket(double x) const {
+    const double b = (x - x_.front()) * buckets_per_x_;
+    const double last = static_cast<double>(below_.size() - 1);
+    const double inside = b < last ? b : last;
+    return static_cast<std::size_t>(inside > 0 ? inside : 0);
+  }
+
+  std::vector<double> x_;     ///< the knots and, as a sentinel, NaN
+  std::vector<double> from_;  ///< left knots of the intervals
+  std::vector<Cubic> cubics_;
+  std::vector<std::uint32_t> below_;  ///< of each bucket: how many knots lie in the buckets below it
+  double buckets_per_x_;
+};
+
+// ---- sampled --------------------------------------------------------------------------------------------------------
+
+constexpr double accuracy = 0.5e-11;  // at the middle of the intervals; 1e-11 is promised everywhere
+constexpr double finest = 0x1p17;     // intervals over [lo, hi]
+constexpr std::int64_t most_knots = 10'000'000;
+
+class Samples final : public Curve::Knots {
+ public:
+  Samples(std::function<double(double)> f, double lo, double hi) : f_(std::move(f)) {
+    // At least 8 intervals over [lo, hi]; where that is next to nothing, intervals of a thousandth of the temperature.
+    const double level = std::max(std::abs(lo), std::abs(hi));
+    const double width = std::max(hi - lo, (level > 0 ? level : 1) / 128);
+    double step = std::exp2(std::floor(std::log2(width / 8)));
+    while (!fine_enough(step, lo, hi) && width / (step / 2) <= finest) step /= 2;
+    per_step_ = 1 / step;
+    step_ = step;
+    first_ = std::floor(lo * per_step_);
+    include(lo, hi);
+  }
+
+  void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const override {
+    if (x.empty()) return;
+    double lo = first_ * step_, hi = lo;  // both inside
+    for (const double xi : x) {
+      lo = xi < lo ? xi : lo;
+      hi = xi > hi ? xi : hi;
+    }
+    include(lo, hi);
+    if (ask == Ask::value) evaluate<Ask::value>(x, out);
+    if (ask == Ask::derivative) evaluate<Ask::derivative>(x, out);
+    if (ask == Ask::integral) evaluate<Ask::integral>(x, out);
+  }
+
+ private:
+  // Local coordinate s = x / step - knot in [0, 1): exact, since the step is a power of two.
+  template <Ask ask>
+  void evaluate(std::span<const double> x, std::span<double> out) const {
+    const Cubic* cubics = cubics_.data() + unused_;
+    const double last = static_cast<double>(cubics_.size() - unused_ - 1);
+    const double scale = ask == Ask::value ? 1 : ask == Ask::derivative ? per_step_ : step_;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      const double u = x[i] * per_step_;
+      const double knot = std::floor(u);
+      const double interval = knot - first_;
+      // NaN falls on the last interval and comes out as NaN.
+      const auto k = static_cast<std::int32_t>(interval < last ? interval : last);
+      out[i] = scale * cubics[k].at<ask>(u - knot);
+    }
+  }
+
+  double sample(double x) const {
+    const double y = f_(x);
+    if (!std::isfinite(y)) {
+      throw Error(Fault::numbers, "a function to be tabulated is not finite at " + std::to_string(x),
+                  "make it finite over the whole range of temperatures");
+    }
+    return y;
+  }
+
+  /// The cubic through the function at 0, 1/4, 3/4 and 1 of the interval; its error has its maximum at 1/2.
+  Cubic interval(double knot, double step) const {
+    const double f0 = sample(knot * step);
+    const double d1 = sample((knot + 0.25) * step) - f0;
+    const double d2 = sample((knot + 0.75) * step) - f0;
+    const double d3 = sample((knot + 1) * step) - f0;
+    return {.c0 = f0,
+            .c1 = 8 * d1 - 8. / 3 * d2 + d3,
+            .c2 = (-56 * d1 + 40 * d2 - 16 * d3) / 3,
+            .c3 = (32 * d1 - 32 * d2 + 16 * d3) / 3};
+  }
+
+  bool fine_enough(double step, double lo, double hi) const {
+    double largest = 0, error = 0;
+    for (double knot = std::floor(lo / step); knot * step <= hi; ++knot) {
+      const double f = sample((knot + 0.5) * step);
+      largest = std::max(largest, std::abs(f));
+      error = std::max(error, std::abs(interval(knot, step).at<Ask::value>(0.5) - f));
+    }
+    return error <= accuracy * largest;
+  }
+
+  double area(const Cubic& c) const { return c.at<Ask::integral>(1) - c.before; }
+
+  /// Grows until lo and hi lie inside.
+  void include(double lo, double hi) const {
+    const auto size = [this] { return static_cast<std::int64_t>(cubics_.size() - unused_); };
+    const double below = first_ - std::floor(lo * per_step_);
+    const double above = std::floor(hi * per_step_) - (first_ + size()) + 1;
+    if (below <= 0 && above <= 0) return;
+    if (!(std::max(below, 0.0) + std::max(above, 0.0) + size() < most_knots)) {
+      throw Error(Fault::numbers,
+                  "the tabulated function is asked for between " + std::to_string(lo) + " and " + std::to_string(hi) +
+                      ", too far from where it is known",
+                  "look why the temperatures run away, or use a table instead of a formula");
+    }
+    for (double i = 0; i < above; ++i) {
+      Cubic c = interval(first_ + size(), step_);
+      if (size() > 0) c.before = cubics_.back().before + area(cubics_.back());
+      cubics_.push_back(c);
+    }
+    if (below > unused_) {  // room in front, as much as there is already
+      const std::size_t room = std::max<std::size_t>(below - unused_, cubics_.size());
+      cubics_.insert(cubics_.begin(), room, Cubic{});
+      unused_ += room;
+    }
+    for (double i = 0; i < below; ++i) {
+      Cubic c = interval(first_ - 1, step_);
+      c.before = cubics_[unused_].before - area(c);
+      cubics_[--unused_] = c;
+      --first_;
+    }
+  }
+
+  std::function<double(double)> f_;
+  double step_, per_step_;
+  // What is known so far: intervals [first_, first_ + 1], ... in steps; entries before `unused_` are room to grow.
+  mutable double first_;
+  mutable std::size_t unused_ = 0;
+  mutable std::vector<Cubic> cubics_;
+};
+
+}  // namespace
+
+Curve Curve::constant(double value) {
+  Curve curve;
+  curve.constant_ = value;
+  return curve;
+}
+
+Curve Curve::through(std::vector<double> x, std::vector<double> y, Interpolation interpolation) {
+  if (x.size() != y.size() || x.size() < 2) throw std::invalid_argument("a table needs at least two rows");
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    if (!std::isfinite(x[i]) || !std::isfinite(y[i])) {
+      throw std::invalid_argument("row " + std::to_string(i + 1) + " of the table is not finite");
+    }
+    if (i > 0 && !(x[i] > x[i - 1])) {
+      throw std::invalid_argument("the first column of the table does not increase at row " + std::to_string(i + 1));
+    }
+  }
+  Curve curve;
+  curve.knots_ = std::make_shared<Points>(std::move(x), y, interpolation);
+  return curve;
+}
+
+Curve Curve::sampled(std::function<double(double)> f, double lo, double hi) {
+  Curve curve;
+  curve.knots_ = std::make_shared<Samples>(std::move(f), lo, hi);
+  return curve;
+}
+
+void Curve::values(std::span<const double> x, std::span<double> out) const {
+  if (knots_) return knots_->evaluate(Ask::value, x, out);
+  std::fill(out.begin(), out.end(), constant_);
+}
+
+void Curve::derivatives(std::span<const double> x, std::span<double> out) const {
+  if (knots_) return knots_->evaluate(Ask::derivative, x, out);
+  std::fill(out.begin(), out.end(), 0.0);
+}
+
+void Curve::integrals(std::span<const double> x, std::span<double> out) const {
+  if (knots_) return knots_->evaluate(Ask::integral, x, out);
+  for (std::size_t i = 0; i < x.size(); ++i) out[i] = constant_ * x[i];
+}
+
+double Curve::value(double x) const {
+  double y = 0;
+  values({&x, 1}, {&y, 1});
+  return y;
+}
+
+double Curve::derivative(double x) const {
+  double y = 0;
+  derivatives({&x, 1}, {&y, 1});
+  return y;
+}
+
+double Curve::integral(double x) const {
+  double y = 0;
+  integrals({&x, 1}, {&y, 1});
+  return y;
+}
+
+bool Curve::is_constant() const { return !knots_; }
+
+std::vector<double> Curve::kinks() const { return knots_ ? knots_->kinks() : std::vector<double>{}; }
+
+}  // namespace calor

@@ -1,0 +1,35 @@
+#include "base/error.hpp"
+
+namespace calor {
+namespace {
+
+std::string message(const Place& place, const std::string& problem, const std::string& cure) {
+  std::string text = place.text();
+  if (!text.empty()) text += ": ";
+  text += problem;
+  if (!cure.empty()) text += ": " + cure;
+  return text;
+}
+
+}  // namespace
+
+std::string Place::text() const {
+  std::string text = file;
+  if (line == 0) return text;
+  if (!text.empty()) text += ':';
+  text += std::to_string(line);
+  if (column != 0) text += ':' + std::to_string(column);
+  return text;
+}
+
+Error::Error(Fault fault, Place place, std::string what, std::string cure)
+    : std::runtime_error(message(place, what, cure)),
+      fault_(fault),
+      place_(std::move(place)),
+      problem_(std::move(what)),
+      cure_(std::move(cure)) {}
+
+Error::Error(Fault fault, std::string what, std::string cure)
+    : Error(fault, Place{}, std::move(what), std::move(cure)) {}
+
+}  // namespace calor

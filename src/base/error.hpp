@@ -1,0 +1,39 @@
+#pragma once
+// Errors carry what went wrong, where, and the cure; the kind decides the exit code of the command.
+#include <stdexcept>
+#include <string>
+
+namespace calor {
+
+/// What kind of thing went wrong; the value is the exit code of the command.
+enum class Fault { command = 2, bad_case = 3, file = 4, numbers = 5 };
+
+/// A place in a file; line and column count from 1, 0 means unknown.
+struct Place {
+  std::string file;
+  int line = 0;
+  int column = 0;
+
+  /// "weld.toml:14:9", without the parts that are unknown.
+  std::string text() const;
+};
+
+/// "place: what: cure" in one line, e.g. `weld.toml:14:9: 'conductivty' is not a key of
+/// [material.steel]: did you mean 'conductivity'?`
+class Error : public std::runtime_error {
+ public:
+  Error(Fault fault, Place place, std::string what, std::string cure);
+  Error(Fault fault, std::string what, std::string cure);
+
+  Fault fault() const { return fault_; }
+  const Place& place() const { return place_; }
+  const std::string& problem() const { return problem_; }
+  const std::string& cure() const { return cure_; }
+
+ private:
+  Fault fault_;
+  Place place_;
+  std::string problem_, cure_;
+};
+
+}  // namespace calor

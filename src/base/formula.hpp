@@ -1,0 +1,42 @@
+#pragma once
+// A formula as text, compiled by muparser.
+#include <muParser.h>
+
+#include <map>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/function.hpp"
+#include "base/vec3.hpp"
+
+namespace calor {
+
+/// An expression in x, y, z, r, t, T, pi, e and named parameters.
+class Formula {
+ public:
+  /// Throws Error(bad_case, place) for everything that is not one arithmetic expression of known symbols.
+  Formula(std::string expression, const FormulaUnits& units, const std::map<std::string, double>& parameters,
+          const Place& place);
+  Formula(const Formula&) = delete;  // the parser points to the variables
+
+  /// Value in SI of arguments in SI. Not finite where the formula is not.
+  double operator()(const Vec3& x, double t, double T);
+
+  bool uses(const std::string& variable) const { return used_.contains(variable); }
+  const std::string& expression() const { return expression_; }
+
+ private:
+  /// SI = factor * number + shift.
+  struct Scale {
+    double factor = 1, shift = 0;
+  };
+  static Scale scale(const std::string& unit, const std::string& si);
+
+  std::string expression_;
+  Scale value_, length_, time_, temperature_;
+  double x_ = 0, y_ = 0, z_ = 0, r_ = 0, t_ = 0, T_ = 0;
+  mu::Parser parser_;
+  std::map<std::string, double*> used_;
+};
+
+}  // namespace calor

@@ -1,0 +1,85 @@
+#pragma once
+// A number, formula, table or callback of place, time and temperature: what a case gives for every property, condition
+// and source. Everything is SI here; units are converted when the case is read.
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/curve.hpp"
+#include "base/error.hpp"
+#include "base/vec3.hpp"
+
+namespace calor {
+
+/// Where and when a function is asked for. `T` may be empty if the function does not depend on temperature.
+struct Arguments {
+  std::span<const Vec3> x;      ///< m
+  double t = 0;                 ///< s
+  std::span<const double> T{};  ///< K
+};
+
+/// Units in which a formula is written; values, lengths, times and temperatures are converted on the way in and out.
+struct FormulaUnits {
+  std::string value;  ///< unit of the result
+  std::string si;     ///< SI unit the result is converted to
+  std::string length = "m", time = "s", temperature = "K";
+};
+
+/// Cheap to copy. Copies of a formula share its parser: not for several threads at once.
+class Function {
+ public:
+  Function();  ///< zero
+  static Function constant(double value, const Place& place = {});
+  /// muparser expression in x, y, z, r, t, T, pi, e and named parameters. r = sqrt(x^2 + y^2); log is ln.
+  /// Throws Error(bad_case, place, ...) for syntax errors and unknown symbols. `breaks`: see breaks().
+  static Function formula(const std::string& expression, const FormulaUnits& units,
+                          const std::map<std::string, double>& parameters = {}, const Place& place = {},
+                          std::vector<double> breaks = {});
+  static Function of_temperature(Curve curve, const Place& place = {});
+  static Function of_time(Curve curve, const Place& place = {});
+  /// Constant in layers stacked along axis 0..2 from coordinate `start` upwards. At an interface (within 1e-9 of the
+  /// thinnest layer) the mean of the two layers; a point outside all layers is an Error(bad_case) when evaluated.
+  static Function layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
+                         const Place& place = {});
+  /// For users of the library. `f` fills out[i] from the arguments; state what it depends on.
+  struct Dependence {
+    bool place = false, time = false, temperature = false;
+  };
+  static Function callback(std::function<void(const Arguments&, std::span<double>)> f, Dependence on);
+
+  bool depends_on_place() const;
+  bool depends_on_time() const;
+  bool depends_on_temperature() const;
+  bool is_constant() const { return !depends_on_place() && !depends_on_time() && !depends_on_temperature(); }
+  bool is_layered() const;  ///< piecewise constant in place
+
+  /// The same function, with times at which it jumps or has a kink as the case tells them.
+  Function with_breaks(std::vector<double> times) const;
+
+  /// out[i] = f(x[i], t, T[i]); out.size() == args.x.size(). A value that is not finite throws
+  /// Error(bad_case|numbers) naming place in the case, point, time and temperature.
+  void evaluate(const Arguments& args, std::span<double> out) const;
+  /// d/dT: exact for curves, central difference of fourth order for formulas and callbacks; 0 where there is no
+  /// dependence.
+  void derivative(const Arguments& args, std::span<double> out) const;
+  double operator()(const Vec3& x = {}, double t = 0, double T = 0) const;
+
+  /// f(T) as a curve over [lo, hi]; only for functions of temperature alone (or constants).
+  Curve curve(double lo, double hi) const;
+  /// Times at which a function of time jumps or has a kink, ascending: time steps land on them.
+  std::vector<double> breaks() const { return breaks_; }
+  const Place& place() const;
+
+  struct Kind;
+
+ private:
+  explicit Function(std::shared_ptr<const Kind> kind);
+  std::shared_ptr<const Kind> kind_;
+  std::vector<double> breaks_;
+};
+
+}  // namespace calor

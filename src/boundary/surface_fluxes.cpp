@@ -1,0 +1,27 @@
+#include "boundary/surface_fluxes.hpp"
+
+#include <fmt/format.h>
+
+namespace calor {
+
+const std::vector<SurfaceFluxKind>& surface_flux_kinds() {
+  static const std::vector<SurfaceFluxKind> kinds = {prescribed_flux, convection, radiation};
+  return kinds;
+}
+
+void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,
+                 const std::string& what, const std::string& unit, const std::string& cure) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    if (values[i] >= low && values[i] <= high) continue;
+    std::string where;
+    if (f.depends_on_place())
+      where += fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", args.x[i].x, args.x[i].y, args.x[i].z);
+    if (f.depends_on_temperature()) where += fmt::format(", T = {:.6g} K", args.T[i]);
+    if (f.depends_on_time()) where += fmt::format(", t = {:.6g} s", args.t);
+    const Fault fault = f.depends_on_temperature() || f.depends_on_time() ? Fault::numbers : Fault::bad_case;
+    throw Error(fault, f.place(),
+                fmt::format("the {} is {:.6g}{}{}", what, values[i], unit.empty() ? "" : " " + unit, where), cure);
+  }
+}
+
+}  // namespace calor

@@ -1,0 +1,196 @@
+#include "case/case.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cctype>
+#include <filesystem>
+#include <fstream>
+#include <optional>
+#include <sstream>
+
+#include "case/json.hpp"
+#include "case/keys.hpp"
+#include "case/node.hpp"
+#include "case/schema.hpp"
+#include "case/tree.hpp"
+#include "case/values.hpp"
+
+namespace calor {
+namespace {
+
+/// [parameter] as far as it is right; what is wrong is refused here, before a formula uses it.
+std::map<std::string, double> read_parameters(const Value& root) {
+  static constexpr std::array reserved{"x", "y", "z", "r", "t", "T", "pi", "e"};
+  std::map<std::string, double> parameters;
+  const Value* section = root.find("parameter");
+  if (!section || !section->is_table()) return parameters;
+  for (const Entry& entry : section->entries) {
+    const auto refuse = [&](const std::string& what, const std::string& cure) {
+      throw Error(Fault::bad_case, entry.key_place, what, cure);
+    };
+    const auto is_letter = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+    if (std::ranges::count(reserved, entry.key))
+      refuse(fmt::format("'{}' cannot be a parameter", entry.key),
+             fmt::format("formulas have a meaning for {}: choose another name", fmt::join(reserved, ", ")));
+    if (entry.key.empty() || std::isdigit(static_cast<unsigned char>(entry.key[0])) ||
+        !std::ranges::all_of(entry.key, is_letter))
+      refuse(fmt::format("'{}' cannot be a parameter", entry.key), "names are made of letters, digits and _");
+    parameters[entry.key] = read_number(entry.value, {entry.key, Kind::number, "", required, ""});
+  }
+  return parameters;
+}
+
+std::vector<std::string> variant_names(const Value& root) {
+  std::vector<std::string> names;
+  const Value* variants = root.find("variant");
+  if (!variants || variants->type != Value::Type::list) return names;
+  for (const Value& variant : variants->list) {
+    const Value* name = variant.find("name");
+    if (!name || name->type != Value::Type::text) continue;  // the check says so
+    if (std::ranges::count(names, name->text))
+      refuse_value(*name, fmt::format("there are two variants \"{}\"", name->text), "give each a name of its own");
+    names.push_back(name->text);
+  }
+  return names;
+}
+
+void apply_variant(Value& root, const Value& variant) {
+  if (const Value* remove = variant.find("remove")) {
+    for (const std::string& path : read_texts(*remove, {"remove", Kind::texts, "", optional, ""})) {
+      const std::vector<std::string> keys = split_path(path);
+      Value* table = &root;
+      for (std::size_t n = 0; table && n + 1 < keys.size(); ++n) table = table->find(keys[n]);
+      if (!table || !table->find(keys.back()))
+        refuse_value(*remove, fmt::format("the case has no '{}' to remove", path), "check the name");
+      std::erase_if(table->entries, [&](const Entry& entry) { return entry.key == keys.back(); });
+    }
+  }
+  if (const Value* set = variant.find("set")) merge(root, *set);
+  if (const Value* expect = variant.find("expect")) set_path(root, {"expect"}, *expect);
+}
+
+/// The case with a variant (null for the base case).
+Value with_variant(const Value& written, const Value* variant) {
+  Value root = written;
+  if (variant) apply_variant(root, *variant);
+  return root;
+}
+
+struct Override {
+  std::string path, value;
+};
+
+Override split_override(const std::string& text) {
+  const auto equals = text.find('=');
+  if (equals == text.npos || equals == 0)
+    throw Error(Fault::command, fmt::format("'{}' is not key=value", text), "write it as in cloud.radius=\"20 mm\"");
+  return {text.substr(0, equals), text.substr(equals + 1)};
+}
+
+}  // namespace
+
+Case Case::read(const std::string& path, const std::vector<std::string>& overrides, const Schema& keys) {
+  std::ifstream in(path);
+  std::ostringstream text;
+  if (in) text << in.rdbuf();
+  if (!in || std::filesystem::is_directory(path))
+    throw Error(Fault::file, Place{.file = path}, "the case cannot be read", "check the name of the file");
+  return parse(text.str(), path, overrides, keys);
+}
+
+Case Case::parse(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
+                 const Schema& keys) {
+  const Value written = read_toml(text, name);
+  const std::vector<std::string> variants = variant_names(written);
+  const Value* all_variants = variants.empty() ? nullptr : written.find("variant");
+
+  std::string chosen;
+  const Value* variant = nullptr;
+  std::vector<Override> changes;
+  for (const std::string& override : overrides) {
+    const Override change = split_override(override);
+    if (change.path != "variant") {
+      changes.push_back(change);
+      continue;
+    }
+    chosen = change.value;
+    const auto found = std::ranges::find(variants, chosen);
+    if (found == variants.end())
+      throw Error(Fault::command, Place{.file = name}, fmt::format("there is no variant \"{}\"", chosen),
+                  variants.empty() ? "the case has no variants: leave variant= out"
+                                   : fmt::format("the variants are {}", fmt::join(variants, ", ")));
+    for (const Value& v : all_variants->list)
+      if (v.find("name") && v.find("name")->text == chosen) variant = &v;
+  }
+
+  auto context = std::make_shared<Context>();
+  context->folder = std::filesystem::path(name).parent_path().string();
+  const auto check = [&](const Value& root) {
+    context->parameters = read_parameters(root);
+    check_case_tree(keys, root, *context);
+  };
+  if (overrides.empty() && all_variants)
+    for (const Value& v : all_variants->list) check(with_variant(written, &v));
+
+  auto node = std::make_shared<Table::Node>();
+  node->root = std::make_shared<Value>(with_variant(written, variant));
+  for (const Override& change : changes) {
+    const Place place{.file = fmt::format("command line ({})", change.path)};
+    set_path(*node->root, split_path(change.path), read_toml_value(change.value, place));
+  }
+  check(*node->root);
+  std::erase_if(node->root->entries, [](const Entry& entry) { return entry.key == "variant"; });
+  node->value = node->root.get();
+  node->place = node->value->place;
+  node->context = context;
+  node->schema = &keys;
+  node->known = keys_of(keys, "", node->value);
+
+  Case c{Table(node)};
+  c.path_ = name;
+  c.name_ = std::filesystem::path(name).stem().string() + (chosen.empty() ? "" : "/" + chosen);
+  c.variants_ = variants;
+  c.parameters_ = context->parameters;
+  return c;
+}
+
+void declare_case(Schema& schema) {
+  schema.add({.path = "",
+              .sentence = "At the top of the file.",
+              .keys = {
+                  {"title", Kind::text, "", required, "One line that says what the case is about."},
+                  {"cloud", Kind::table, "", required, "The points that stand for the body."},
+                  {"material", Kind::table, "", required, "What the body is made of, one table a material."},
+                  {"steady", Kind::table, "", optional, "Asks for the steady temperature; either this or [time]."},
+                  {"time", Kind::table, "", optional, "Asks for the temperature over time; either this or [steady]."},
+              }});
+  schema.add({.path = "parameter",
+              .sentence = "Numbers that every formula of the case may use by their names.",
+              .keys = {{"*", Kind::number, "", optional, "Any name but x, y, z, r, t, T, pi and e."}}});
+  schema.add(
+      {.path = "output",
+       .sentence = "What is written, and when.",
+       .keys = {
+           {"times", Kind::quantities, "s", optional, "Fields are written at these times and at the end."},
+           {"every", Kind::quantity, "s", optional, "Fields are written at all multiples of this time."},
+           {"fields", Kind::flag, "", "true", "Whether fields for ParaView are written at all."},
+           {"samples", Kind::integer, "", "200",
+            "About how many rows probes.csv and energy.csv get, evenly spaced, besides the times of the fields."},
+       }});
+  schema.add({.path = "variant[]",
+              .sentence =
+                  "The same case with some keys changed: `calor run CASE.toml variant=NAME`; `calor verify` runs "
+                  "the case and all its variants.",
+              .keys = {
+                  {"name", Kind::text, "", required, "What variant=NAME calls it."},
+                  {"remove", Kind::texts, "", optional, "Keys or whole tables to take out first: [\"steady\"]."},
+                  {"set", Kind::table, "", optional,
+                   "What changes, merged deep into the case; lists and functions are replaced."},
+                  {"expect", Kind::table, "", optional, "[[variant.expect]] replaces the expectations of the case."},
+              }});
+}
+
+}  // namespace calor

@@ -1,0 +1,112 @@
+// The only file that knows toml++.
+#include <fmt/format.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <tuple>
+
+#include "case/tree.hpp"
+
+namespace calor {
+namespace {
+
+/// Where things stand; with a fixed place for values that do not come from a file.
+struct Places {
+  std::string file;
+  const Place* fixed = nullptr;
+
+  Place of(const toml::source_region& region) const {
+    if (fixed) return *fixed;
+    return {.file = file, .line = static_cast<int>(region.begin.line), .column = static_cast<int>(region.begin.column)};
+  }
+};
+
+Value convert(const toml::node& node, const Places& places) {
+  Value v;
+  v.place = places.of(node.source());
+  if (const auto* table = node.as_table()) {
+    v.type = Value::Type::table;
+    // toml++ sorts by name; the order of the file is the order of the places.
+    std::vector<std::tuple<toml::source_position, const toml::key*, const toml::node*>> in_order;
+    for (auto&& [key, child] : *table) in_order.emplace_back(key.source().begin, &key, &child);
+    std::ranges::stable_sort(in_order, [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });
+    for (const auto& [position, key, child] : in_order)
+      v.entries.push_back(
+          {.key = std::string(key->str()), .key_place = places.of(key->source()), .value = convert(*child, places)});
+  } else if (const auto* array = node.as_array()) {
+    v.type = Value::Type::list;
+    for (const toml::node& child : *array) v.list.push_back(convert(child, places));
+  } else if (const auto* text = node.as_string()) {
+    v.type = Value::Type::text;
+    v.text = text->get();
+  } else if (const auto* integer = node.as_integer()) {
+    v.type = Value::Type::integer;
+    v.integer = static_cast<long>(integer->get());
+    v.number = static_cast<double>(integer->get());
+  } else if (const auto* number = node.as_floating_point()) {
+    v.type = Value::Type::number;
+    v.number = number->get();
+  } else if (const auto* flag = node.as_boolean()) {
+    v.type = Value::Type::flag;
+    v.flag = flag->get();
+  } else {
+    v.type = Value::Type::date;
+  }
+  return v;
+}
+
+std::string cure_of(std::string_view problem) {
+  const auto says = [&](std::string_view words) { return problem.find(words) != problem.npos; };
+  if (says("cannot redefine")) return "give every key and every [table] once";
+  if (says("determine value type")) return "put texts in quotes, numbers as 1.5 or 1e-3";
+  if (says("expected a comment or whitespace"))
+    return "one key a line; a number with a unit goes in quotes, e.g. \"15 mm\"";
+  if (says("string")) return "close the text with the quote it began with, on the same line";
+  if (says("inline table")) return "write { key = value, key = value } in one line, without a comma at the end";
+  if (says("array")) return "write a list as [1, 2, 3]";
+  if (says("table header")) return "write [name] or [[name]]";
+  return "the file is written in TOML: key = value, [table], \"text\"";
+}
+
+}  // namespace
+
+Value read_toml(const std::string& text, const std::string& file) {
+  try {
+    const toml::table table = toml::parse(std::string_view(text), std::string_view(file));
+    Value root = convert(table, {.file = file});
+    root.place = {.file = file, .line = 1, .column = 1};
+    return root;
+  } catch (const toml::parse_error& e) {
+    const auto at = e.source().begin;
+    throw Error(Fault::bad_case,
+                {.file = file, .line = static_cast<int>(at.line), .column = static_cast<int>(at.column)},
+                std::string(e.description()), cure_of(e.description()));
+  }
+}
+
+Value read_toml_value(const std::string& text, const Place& place) {
+  try {
+    const toml::table table = toml::parse("value = " + text, std::string_view(place.file));
+    if (table.size() == 1) return convert(*table.get("value"), {.file = place.file, .fixed = &place});
+  } catch (const toml::parse_error& e) {
+    if (text.find_first_of("\"'[{") == 0)
+      throw Error(Fault::bad_case, place, fmt::format("{}: {}", text, e.description()), cure_of(e.description()));
+  }
+  return Value::of_text(text, place);
+}
+
+std::vector<std::string> split_path(const std::string& path) {
+  std::vector<std::string> keys;
+  try {
+    const toml::table table = toml::parse(path + " = 0", std::string_view());
+    for (const toml::table* at = &table; at && at->size() == 1; at = at->begin()->second.as_table())
+      keys.emplace_back(at->begin()->first.str());
+  } catch (const toml::parse_error&) {
+  }
+  if (keys.empty())
+    throw Error(Fault::command, fmt::format("'{}' is not the path of a key", path),
+                "write it as in cloud.radius=\"20 mm\"");
+  return keys;
+}
+
+}  // namespace calor

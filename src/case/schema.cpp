@@ -1,0 +1,34 @@
+#include "case/schema.hpp"
+
+#include "boundary/conditions.hpp"
+#include "case/case.hpp"
+#include "cloud/points.hpp"
+#include "material/material_field.hpp"
+#include "method/method.hpp"
+#include "output/expect.hpp"
+#include "output/probes.hpp"
+#include "solve/initial.hpp"
+#include "solve/integrator.hpp"
+#include "source/source.hpp"
+
+namespace calor {
+
+const Schema& schema() {
+  static const Schema all = [] {
+    Schema s;
+    declare_case(s);
+    declare_methods(s);
+    declare_cloud(s);
+    declare_materials(s);
+    declare_initial(s);
+    declare_boundaries(s);
+    declare_sources(s);
+    declare_time(s);
+    declare_probes(s);
+    declare_expect(s);
+    return s;
+  }();
+  return all;
+}
+
+}  // namespace calor

@@ -1,0 +1,90 @@
+#include "case/tree.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+
+namespace calor {
+namespace {
+
+bool is_function(const Value& v) {
+  static constexpr std::array forms{"formula", "table", "file", "layers"};
+  return v.is_table() && std::ranges::any_of(forms, [&](const char* form) { return v.find(form) != nullptr; });
+}
+
+}  // namespace
+
+Value Value::empty_table(const Place& place) {
+  Value v;
+  v.place = place;
+  return v;
+}
+
+Value Value::of_text(std::string text, const Place& place) {
+  Value v;
+  v.type = Type::text;
+  v.text = std::move(text);
+  v.place = place;
+  return v;
+}
+
+const Value* Value::find(const std::string& key) const {
+  const auto found = std::ranges::find(entries, key, &Entry::key);
+  return found == entries.end() ? nullptr : &found->value;
+}
+
+Value* Value::find(const std::string& key) { return const_cast<Value*>(std::as_const(*this).find(key)); }
+
+std::string Value::described() const {
+  switch (type) {
+    case Type::text:
+      return fmt::format("the text \"{}\"", text);
+    case Type::flag:
+      return flag ? "true" : "false";
+    case Type::integer:
+      return fmt::format("the number {}", integer);
+    case Type::number:
+      return fmt::format("the number {}", number);
+    case Type::list:
+      return list.empty() ? "an empty list" : "a list";
+    case Type::table:
+      return "a table";
+    case Type::date:
+      return "a date";
+  }
+  return {};
+}
+
+void merge(Value& into, const Value& changes) {
+  if (!into.is_table() || !changes.is_table() || is_function(changes)) {
+    into = changes;
+    return;
+  }
+  for (const Entry& entry : changes.entries) {
+    if (Value* old = into.find(entry.key))
+      merge(*old, entry.value);
+    else
+      into.entries.push_back(entry);
+  }
+}
+
+void set_path(Value& root, const std::vector<std::string>& keys, Value value) {
+  Value* at = &root;
+  std::string path;
+  for (const std::string& key : keys) {
+    if (!at->is_table())
+      throw Error(Fault::bad_case, value.place, fmt::format("'{}' is {}, not a table", path, at->described()),
+                  "a key=value changes whole lists and values: give a new one for " + path);
+    path += (path.empty() ? "" : ".") + key;
+    Value* next = at->find(key);
+    if (!next) {
+      at->entries.push_back({.key = key, .key_place = value.place, .value = Value::empty_table(value.place)});
+      next = &at->entries.back().value;
+    }
+    at = next;
+  }
+  merge(*at, value);
+}
+
+}  // namespace calor

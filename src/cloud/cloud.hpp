@@ -1,0 +1,91 @@
+#pragma once
+// The cloud of points that stands for the body, distributed over the ranks in compact blocks. Every rank holds its
+// owned points first (0 .. owned), in lexicographic order of the search cells, then copies ("ghosts") of the points of
+// other ranks that lie within the support radius of its block.
+#include <mpi.h>
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/vec3.hpp"
+
+struct _p_PetscSF;
+
+namespace calor {
+
+/// Copies values of owned points to the ghosts on other ranks (PetscSF).
+class Halo {
+ public:
+  Halo() = default;  ///< no ghosts
+  /// `ghost_global`: global numbers of the ghosts, in the order of the local arrays.
+  Halo(MPI_Comm comm, int owned, std::span<const std::int64_t> ghost_global);
+
+  /// values.size() == owned + ghosts; overwrites the ghosts. Collective.
+  void update(std::span<double> values) const;
+  void update(std::span<Vec3> values) const;
+
+ private:
+  int owned_ = 0;
+  std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
+};
+
+/// A piece of the surface that belongs to one owned point and one face.
+struct Patch {
+  int point;    ///< local index of the owned point
+  int face;     ///< index into Cloud::faces
+  double area;  ///< scalar area, m^2 of the real body (thickness and section included)
+  Vec3 normal;  ///< outward unit normal
+};
+
+/// What is known exactly about the body, to check the cloud against.
+struct ExactBody {
+  double volume = 0;  ///< m^3; 0 = unknown
+};
+
+struct Cloud {
+  MPI_Comm comm = MPI_COMM_SELF;
+  int dimension = 3;
+  double section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2) that volumes and areas include; 1 in 3D
+
+  int owned = 0;                      ///< owned points on this rank
+  std::int64_t first = 0, count = 0;  ///< global number of the first owned point; points on all ranks
+
+  // One entry per local point, ghosts included.
+  std::vector<std::int64_t> id;         ///< place in the input order, from 0
+  std::vector<std::int64_t> global;     ///< number in the distributed order
+  std::vector<Vec3> x;                  ///< m
+  std::vector<double> volume;           ///< true volume inside the body, m^3
+  std::vector<double> full_volume;      ///< volume of the uncut cell, m^3
+  std::vector<double> spacing;          ///< local spacing d_i, m
+  std::vector<Vec3> area;               ///< outward boundary area vector A_i, m^2; 0 inside
+  std::vector<std::uint32_t> on_faces;  ///< bit f: the point lies on faces[f]
+  std::vector<int> tag;                 ///< index into tags
+
+  std::vector<std::string> faces;  ///< "xmin", "top", "side", ...; at most 32
+  std::vector<std::string> tags;   ///< at least one, "" for untagged
+  std::vector<Patch> patches;      ///< of the owned points, sorted by point
+
+  bool box_lattice = false;  ///< unjittered box lattice with equal spacing along every axis
+  bool nearest_volumes =
+      true;  ///< volumes are those of the nearest point; false: sectors of rings, which only resemble them
+  bool points_on_walls = true;  ///< false: cell-centred
+  bool has_areas = true;        ///< false: a bare CSV without boundary areas
+  ExactBody exact;
+  Halo halo;
+  double halo_width = 0;  ///< every point within this distance of an owned point is local
+
+  int local() const { return static_cast<int>(x.size()); }
+  std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }
+};
+
+/// sum V against the exact volume, sum A = 0 and sum x cross A = 0. Collective.
+struct CloudCheck {
+  double volume, volume_error;  ///< m^3; relative error against the exact volume (0 if unknown)
+  double area_sum, moment_sum;  ///< |sum A| / sum |A| and |sum x cross A| / (sum |A| * size of the body)
+};
+CloudCheck check(const Cloud& cloud);
+
+}  // namespace calor

@@ -1,0 +1,188 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "base/parallel.hpp"
+#include "cloud/bisection.hpp"
+#include "cloud/cells.hpp"
+#include "cloud/exchange.hpp"
+#include "cloud/points.hpp"
+
+namespace calor {
+namespace {
+
+void refuse_bad_points(MPI_Comm comm, const Points& points) {
+  if (total(comm, static_cast<std::int64_t>(points.points.size())) == 0)
+    throw Error(Fault::bad_case, "the cloud has no points", "give it some");
+  const auto refuse = [](const Point& p, const std::string& what, const std::string& cure) {
+    throw Error(Fault::bad_case,
+                fmt::format("point {} at ({:.6g}, {:.6g}, {:.6g}) m {}", p.id, p.x.x, p.x.y, p.x.z, what), cure);
+  };
+  together(comm, [&] {
+    for (const Point& p : points.points) {
+      if (!std::isfinite(p.x.x + p.x.y + p.x.z)) refuse(p, "has no finite place", "give it numbers");
+      if (!(p.volume > 0 && std::isfinite(p.volume)))
+        refuse(p, fmt::format("has a volume of {:.6g} m^3", p.volume),
+               "give every point the volume of the body that it stands for");
+      if (!(p.spacing > 0 && std::isfinite(p.spacing)))
+        refuse(p, fmt::format("has a spacing of {:.6g} m", p.spacing), "give every point its distance to the next");
+    }
+  });
+}
+
+/// Offsets of every point's patches.
+std::vector<std::int32_t> patch_offsets(const std::vector<Point>& points) {
+  std::vector<std::int32_t> at(points.size() + 1, 0);
+  for (std::size_t i = 0; i < points.size(); ++i) at[i + 1] = at[i] + points[i].patches;
+  return at;
+}
+
+void send_to_blocks(MPI_Comm comm, Points& points) {
+  const int ranks = size_of(comm);
+  if (ranks == 1) return;
+  const std::vector<int> rank = bisect(comm, points.points);
+  const std::vector<std::int32_t> at = patch_offsets(points.points);
+  std::vector<int> point_count(ranks, 0), patch_count(ranks, 0);
+  for (std::size_t i = 0; i < rank.size(); ++i) {
+    ++point_count[rank[i]];
+    patch_count[rank[i]] += points.points[i].patches;
+  }
+  std::vector<std::int64_t> next_point(ranks, 0), next_patch(ranks, 0);
+  std::exclusive_scan(point_count.begin(), point_count.end(), next_point.begin(), std::int64_t{0});
+  std::exclusive_scan(patch_count.begin(), patch_count.end(), next_patch.begin(), std::int64_t{0});
+  std::vector<Point> packed(points.points.size());
+  std::vector<SurfacePiece> packed_patches(points.patches.size());
+  for (std::size_t i = 0; i < rank.size(); ++i) {
+    packed[next_point[rank[i]]++] = points.points[i];
+    for (std::int32_t n = at[i]; n < at[i + 1]; ++n) packed_patches[next_patch[rank[i]]++] = points.patches[n];
+  }
+  points.points = {};
+  points.patches = {};
+  points.points = exchange(comm, packed, point_count);
+  points.patches = exchange(comm, packed_patches, patch_count);
+}
+
+/// Moves this rank's points into the arrays of the cloud, in the order of cells of one (mean) spacing.
+void fill_owned(Cloud& cloud, Points& points) {
+  const std::vector<Point>& p = points.points;
+  const std::size_t n = p.size();
+  std::vector<std::int32_t> by_id(n);
+  std::iota(by_id.begin(), by_id.end(), 0);
+  if (!std::ranges::is_sorted(p, {}, &Point::id)) std::ranges::sort(by_id, {}, [&](std::int32_t i) { return p[i].id; });
+  std::vector<Vec3> x(n);
+  double spacing = 0;
+  for (std::size_t i = 0; i < n; ++i) x[i] = p[i].x, spacing += p[i].spacing;
+  const Cells cells(x, n > 0 ? spacing / static_cast<double>(n) : 1);
+  const std::vector<std::int32_t> order = order_by_cells(cells, x, by_id).order;
+  by_id = {};
+  x = {};
+
+  const std::vector<std::int32_t> at = patch_offsets(p);
+  cloud.owned = static_cast<int>(n);
+  cloud.first = offset(cloud.comm, cloud.owned);
+  cloud.count = total(cloud.comm, cloud.owned);
+  const auto fill = [&](auto& array, auto Point::*member) {
+    array.reserve(n);
+    for (std::int32_t i : order) array.push_back(p[i].*member);
+  };
+  fill(cloud.id, &Point::id);
+  fill(cloud.x, &Point::x);
+  fill(cloud.volume, &Point::volume);
+  fill(cloud.full_volume, &Point::full_volume);
+  fill(cloud.spacing, &Point::spacing);
+  fill(cloud.area, &Point::area);
+  fill(cloud.on_faces, &Point::on_faces);
+  fill(cloud.tag, &Point::tag);
+  cloud.global.resize(n);
+  std::iota(cloud.global.begin(), cloud.global.end(), cloud.first);
+  cloud.patches.reserve(points.patches.size());
+  for (std::size_t k = 0; k < n; ++k)
+    for (std::int32_t m = at[order[k]]; m < at[order[k] + 1]; ++m)
+      cloud.patches.push_back(
+          {static_cast<int>(k), points.patches[m].face, points.patches[m].area, points.patches[m].normal});
+  points.points = {};
+  points.patches = {};
+}
+
+/// A copy of a point for another rank.
+struct Ghost {
+  std::int64_t id, global;
+  Vec3 x;
+  double volume, full_volume, spacing;
+  Vec3 area;
+  std::uint32_t on_faces;
+  int tag;
+};
+
+double square_distance(const Vec3& x, const Bounds& box) {
+  double square = 0;
+  for (int a = 0; a < 3; ++a) {
+    const double d = std::max({0.0, box.low[a] - x[a], x[a] - box.high[a]});
+    square += d * d;
+  }
+  return square;
+}
+
+void add_ghosts(Cloud& cloud, double support) {
+  const int ranks = size_of(cloud.comm), rank = rank_of(cloud.comm);
+  cloud.halo_width = support;
+  if (ranks == 1) return;
+  std::vector<Bounds> boxes(ranks);
+  const Bounds mine = bounds_of(cloud.owned_points());
+  MPI_Allgather(&mine, 6, MPI_DOUBLE, boxes.data(), 6, MPI_DOUBLE, cloud.comm);
+  const double reach = support * (1 + 1e-9);  // rounding must not lose a point at exactly the support
+  std::vector<Ghost> packed;
+  std::vector<int> counts(ranks, 0);
+  for (int r = 0; r < ranks; ++r) {
+    bool far = r == rank;
+    for (int a = 0; a < 3; ++a)
+      far = far || !(mine.low[a] <= boxes[r].high[a] + reach && mine.high[a] >= boxes[r].low[a] - reach);
+    if (far) continue;
+    const std::size_t before = packed.size();
+    for (int i = 0; i < cloud.owned; ++i) {
+      if (square_distance(cloud.x[i], boxes[r]) > reach * reach) continue;
+      packed.push_back({cloud.id[i], cloud.global[i], cloud.x[i], cloud.volume[i], cloud.full_volume[i],
+                        cloud.spacing[i], cloud.area[i], cloud.on_faces[i], cloud.tag[i]});
+    }
+    counts[r] = static_cast<int>(packed.size() - before);
+  }
+  // They arrive in the order of their global numbers.
+  const std::vector<Ghost> ghosts = exchange(cloud.comm, packed, counts);
+  for (const Ghost& g : ghosts) {
+    cloud.id.push_back(g.id);
+    cloud.global.push_back(g.global);
+    cloud.x.push_back(g.x);
+    cloud.volume.push_back(g.volume);
+    cloud.full_volume.push_back(g.full_volume);
+    cloud.spacing.push_back(g.spacing);
+    cloud.area.push_back(g.area);
+    cloud.on_faces.push_back(g.on_faces);
+    cloud.tag.push_back(g.tag);
+  }
+  cloud.halo = Halo(cloud.comm, cloud.owned, std::span(cloud.global).subspan(cloud.owned));
+}
+
+}  // namespace
+
+Cloud distribute(MPI_Comm comm, Points points, double support) {
+  refuse_bad_points(comm, points);
+  Cloud cloud;
+  cloud.comm = comm;
+  cloud.dimension = points.dimension;
+  cloud.section = points.section;
+  cloud.faces = std::move(points.faces);
+  cloud.tags = std::move(points.tags);
+  cloud.box_lattice = points.box_lattice;
+  cloud.nearest_volumes = points.nearest_volumes;
+  cloud.points_on_walls = points.points_on_walls;
+  cloud.has_areas = points.has_areas;
+  cloud.exact = points.exact;
+  send_to_blocks(comm, points);
+  fill_owned(cloud, points);
+  add_ghosts(cloud, support);
+  return cloud;
+}
+
+}  // namespace calor

@@ -1,0 +1,143 @@
+#include "cloud/lattice.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "cloud/jitter.hpp"
+
+namespace calor {
+
+Lattice::Lattice(const BoxLattice& box) : box_(box) {
+  for (int a = box.dimension; a < 3; ++a) box_.points[a] = 1, box_.size[a] = 0;
+  for (int a = 0; a < box.dimension; ++a) dx_[a] = box.size[a] / static_cast<double>(cells(a));
+}
+
+LatticeIndex Lattice::index(std::int64_t id) const {
+  const auto& n = box_.points;
+  return {id % n[0], id / n[0] % n[1], id / (n[0] * n[1])};
+}
+
+double Lattice::largest_dx() const { return *std::max_element(dx_.begin(), dx_.begin() + box_.dimension); }
+
+double Lattice::coordinate(int axis, std::int64_t i) const {
+  if (axis >= box_.dimension) return 0;
+  if (!box_.on_walls) return box_.origin[axis] + (static_cast<double>(i) + 0.5) * dx_[axis];
+  // The last point lies on the wall to the last bit.
+  if (i == box_.points[axis] - 1) return box_.origin[axis] + box_.size[axis];
+  return box_.origin[axis] + static_cast<double>(i) * dx_[axis];
+}
+
+double Lattice::width(int axis, std::int64_t i) const {
+  if (axis >= box_.dimension) return 1;
+  const bool half = box_.on_walls && (i == 0 || i == box_.points[axis] - 1);
+  return half ? 0.5 * dx_[axis] : dx_[axis];
+}
+
+bool Lattice::moves(const LatticeIndex& i, int axis) const {
+  if (box_.jitter == 0 || axis >= box_.dimension) return false;
+  if (box_.on_walls) return !lowest(i, axis) && !highest(i, axis);
+  // The area vectors of outermost cells only balance about their centres.
+  for (int a = 0; a < box_.dimension; ++a)
+    if (lowest(i, a) || highest(i, a)) return false;
+  return true;
+}
+
+Vec3 Lattice::position(const LatticeIndex& i) const {
+  Vec3 x;
+  for (int a = 0; a < box_.dimension; ++a) x[a] = coordinate(a, i[a]);
+  if (box_.jitter == 0) return x;
+  const Vec3 u = hashed_uniform(box_.seed, id(i));
+  for (int a = 0; a < box_.dimension; ++a)
+    if (moves(i, a)) x[a] += box_.jitter * dx_[a] * (2 * u[a] - 1);
+  return x;
+}
+
+double Lattice::wall_area(const LatticeIndex& i, int axis) const {
+  double area = 1;
+  if (box_.jitter == 0 || !box_.on_walls) {
+    for (int a = 0; a < box_.dimension; ++a)
+      if (a != axis) area *= width(a, i[a]);
+    return area;
+  }
+  if (box_.dimension == 1) return 1;
+  const int b = axis == 0 ? 1 : 0;
+  const auto at = [&](LatticeIndex j, int a, int step) { return j[a] += step, j; };
+  const auto inside = [&](int a, int step) { return i[a] + step >= 0 && i[a] + step < box_.points[a]; };
+  if (box_.dimension == 2) {  // half of both segments
+    area = 0;
+    for (int s : {-1, 1})
+      if (inside(b, s)) area += 0.5 * s * (position(at(i, b, s))[b] - position(i)[b]);
+    return area;
+  }
+  // A third of the triangles around the point; every quadrilateral of the wall is split along both diagonals and the
+  // two splittings averaged.
+  const int c = axis == 2 ? 1 : 2;
+  const Vec3 p = position(i);
+  const auto triangle = [&](const Vec3& u, const Vec3& v, const Vec3& w) {
+    return 0.5 * ((v[b] - u[b]) * (w[c] - u[c]) - (w[b] - u[b]) * (v[c] - u[c]));
+  };
+  area = 0;
+  for (int s : {-1, 1}) {
+    for (int t : {-1, 1}) {
+      if (!inside(b, s) || !inside(c, t)) continue;
+      const Vec3 q = position(at(i, b, s)), r = position(at(at(i, b, s), c, t)), o = position(at(i, c, t));
+      area += s * t * (triangle(p, q, r) + triangle(p, r, o) + triangle(p, q, o)) / 6;
+    }
+  }
+  return area;
+}
+
+Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter) {
+  // Finalizer of SplitMix64 (Steele, Lea & Flood, Fast splittable pseudorandom number generators, OOPSLA 2014).
+  const auto mix = [](std::uint64_t z) {
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9ull;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebull;
+    return z ^ (z >> 31);
+  };
+  constexpr std::uint64_t golden = 0x9e3779b97f4a7c15ull, low_bits = (1u << 21) - 1;
+  const std::uint64_t h = mix(mix(seed + golden) + (counter + 1) * golden);
+  const auto uniform = [](std::uint64_t bits) { return static_cast<double>(bits) * 0x1p-21; };
+  return {uniform(h & low_bits), uniform(h >> 21 & low_bits), uniform(h >> 43)};
+}
+
+Points make_box(MPI_Comm comm, const BoxLattice& box) {
+  const Lattice lattice(box);
+  const int D = box.dimension;
+  Points out;
+  out.dimension = D;
+  out.section = box.section;
+  out.points_on_walls = box.on_walls;
+  out.exact.volume = box.section;
+  double full = box.section, least = lattice.dx(0);
+  for (int a = 0; a < D; ++a) {
+    const std::string axis(1, "xyz"[a]);
+    out.faces.insert(out.faces.end(), {axis + "min", axis + "max"});
+    out.exact.volume *= box.size[a];
+    full *= lattice.dx(a);
+    least = std::min(least, lattice.dx(a));
+  }
+  const double spacing = lattice.largest_dx();
+  out.box_lattice = box.jitter == 0 && spacing - least <= 1e-9 * spacing;
+
+  const Slice mine = slice(comm, lattice.count());
+  std::vector<double> volume;
+  if (box.jitter > 0) volume = nearest_point_volumes(lattice, mine);
+  out.points.reserve(mine.end - mine.begin);
+  LatticeIndex i = lattice.index(mine.begin);
+  for (std::int64_t id = mine.begin; id < mine.end; ++id) {
+    double v = box.section;
+    for (int a = 0; a < D; ++a) v *= lattice.width(a, i[a]);
+    if (!volume.empty()) v = box.section * volume[id - mine.begin];
+    out.points.push_back({.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing});
+    for (int a = 0; a < D; ++a) {
+      Vec3 normal;
+      if (lattice.lowest(i, a)) normal[a] = -1, out.add_patch(2 * a, box.section * lattice.wall_area(i, a), normal);
+      if (lattice.highest(i, a)) normal[a] = 1, out.add_patch(2 * a + 1, box.section * lattice.wall_area(i, a), normal);
+    }
+    for (int a = 0; a < 3 && ++i[a] == lattice.box().points[a]; ++a) i[a] = 0;
+  }
+  return out;
+}
+
+}  // namespace calor

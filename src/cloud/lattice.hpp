@@ -1,0 +1,49 @@
+#pragma once
+// Where the points of a box lattice lie and what they own; one answer on every rank, from the indices alone.
+#include <array>
+#include <cstdint>
+
+#include "base/vec3.hpp"
+#include "cloud/shapes.hpp"
+
+namespace calor {
+
+using LatticeIndex = std::array<std::int64_t, 3>;  ///< along x, y, z; 0 along axes that the box does not have
+
+class Lattice {
+ public:
+  explicit Lattice(const BoxLattice& box);
+
+  const BoxLattice& box() const { return box_; }
+  std::int64_t count() const { return box_.points[0] * box_.points[1] * box_.points[2]; }
+  std::int64_t id(const LatticeIndex& i) const { return i[0] + box_.points[0] * (i[1] + box_.points[1] * i[2]); }
+  LatticeIndex index(std::int64_t id) const;
+
+  double dx(int axis) const { return dx_[axis]; }
+  double largest_dx() const;
+  /// Intervals between walls: cells of the lattice along an axis, each dx long.
+  std::int64_t cells(int axis) const { return box_.points[axis] - (box_.on_walls ? 1 : 0); }
+  bool lowest(const LatticeIndex& i, int axis) const { return i[axis] == 0; }
+  bool highest(const LatticeIndex& i, int axis) const { return i[axis] == box_.points[axis] - 1; }
+
+  /// Coordinate of the regular lattice, m.
+  double coordinate(int axis, std::int64_t i) const;
+  /// Length of the part of the regular cell of point i that lies inside the box, m.
+  double width(int axis, std::int64_t i) const;
+  /// Place of a point, jitter included.
+  Vec3 position(const LatticeIndex& i) const;
+  /// Area of the wall normal to `axis` that a point on it stands for, m (2D) or m^2 (3D), jitter included. The areas
+  /// integrate linear functions over the wall exactly, so that sum A = 0 and sum x cross A = 0 hold.
+  double wall_area(const LatticeIndex& i, int axis) const;
+
+ private:
+  bool moves(const LatticeIndex& i, int axis) const;
+
+  BoxLattice box_;
+  std::array<double, 3> dx_ = {1, 1, 1};
+};
+
+/// Three numbers, uniform in [0, 1), from the seed and a counter alone.
+Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter);
+
+}  // namespace calor

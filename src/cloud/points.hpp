@@ -1,0 +1,72 @@
+#pragma once
+// What a generator or a reader of clouds makes: this rank's share of the points, in any distribution; `distribute` then
+// sends every point to its block, orders it and adds the ghosts. A new shape is a new file with a `Points make_...`
+// and a line in shapes.cpp.
+#include <mpi.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "base/vec3.hpp"
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+
+namespace calor {
+
+/// One point as it travels between ranks.
+struct Point {
+  std::int64_t id = 0;
+  Vec3 x;                                           ///< m
+  double volume = 0, full_volume = 0, spacing = 0;  ///< m^3, m^3, m
+  Vec3 area = {};                                   ///< outward boundary area vector A_i, m^2
+  std::uint32_t on_faces = 0;                       ///< bit f: carries a patch of faces[f]
+  int tag = 0;
+  int patches = 0;  ///< how many of Points::patches are this point's
+};
+
+/// A piece of the surface that belongs to one point and one face. On a curved face `area` is the measure of the
+/// surface (it exchanges heat), while the point's area vector is the integral of the normal over it.
+struct SurfacePiece {
+  int face = 0;
+  double area = 0;  ///< m^2
+  Vec3 normal;      ///< outward unit normal
+};
+
+/// The points of one rank; ids over all ranks are 0 .. count-1 without gaps. Volumes and areas are those of the real
+/// body: thickness and section included.
+struct Points {
+  int dimension = 3;
+  double section = 1;
+  std::vector<Point> points;
+  std::vector<SurfacePiece> patches;  ///< of points[0], then of points[1], ...
+  std::vector<std::string> faces, tags = {""};
+  bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;
+  ExactBody exact;
+
+  /// Adds a piece of a plane face to the last point.
+  void add_patch(int face, double area, const Vec3& normal) { add_patch(face, area, normal, area * normal); }
+  /// The same for a curved face, whose area vector is not area * normal.
+  void add_patch(int face, double area, const Vec3& normal, const Vec3& area_vector);
+};
+
+/// The slice of 0 .. count-1 that a rank generates.
+struct Slice {
+  std::int64_t begin, end;
+};
+/// Throws Error(bad_case) when a rank would hold more points than local indices can count.
+Slice slice(MPI_Comm comm, std::int64_t count);
+
+/// Sends points to compact blocks (recursive bisection), orders them in cells of one spacing, x running fastest, and
+/// adds the points of other ranks within `support` of the block as ghosts. Refuses volumes that are not positive
+/// (coincident points: see find_neighbours). Collective; throws Error.
+Cloud distribute(MPI_Comm comm, Points points, double support);
+
+/// The cloud that [cloud] asks for. `support_over_spacing` sizes cells and ghosts for the method: support radius =
+/// that times the largest spacing. Collective; throws Error.
+Cloud make_cloud(MPI_Comm comm, const Case& c, double support_over_spacing);
+
+void declare_cloud(Schema& schema);
+
+}  // namespace calor

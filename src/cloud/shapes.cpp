@@ -1,0 +1,94 @@
+#include "cloud/shapes.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+struct Shape {
+  std::string name;
+  Points (*make)(MPI_Comm, const Table&);
+};
+
+const std::vector<Shape>& shapes() {
+  static const std::vector<Shape> all = {
+      {"box", box_from}, {"disc", disc_from}, {"cylinder", cylinder_from}, {"csv", csv_from}};
+  return all;
+}
+
+}  // namespace
+
+void Points::add_patch(int face, double area, const Vec3& normal, const Vec3& area_vector) {
+  Point& p = points.back();
+  p.on_faces |= std::uint32_t{1} << face;
+  p.area += area_vector;
+  ++p.patches;
+  patches.push_back({face, area, normal});
+}
+
+Slice slice(MPI_Comm comm, std::int64_t count) {
+  const std::int64_t ranks = size_of(comm), rank = rank_of(comm);
+  if (count / ranks >= std::numeric_limits<std::int32_t>::max())
+    throw Error(Fault::bad_case, fmt::format("the cloud has {} points, too many for {} processes", count, ranks),
+                "take a larger spacing or more processes");
+  // count * rank / ranks without overflow.
+  const auto cut = [&](std::int64_t r) { return count / ranks * r + count % ranks * r / ranks; };
+  return {cut(rank), cut(rank + 1)};
+}
+
+double section_of(const Table& cloud, int dimension) {
+  if (dimension != 2 && cloud.has("thickness"))
+    cloud.refuse("thickness",
+                 fmt::format("a body of {} dimension{} has no thickness", dimension, dimension > 1 ? "s" : ""),
+                 "remove it");
+  if (dimension != 1 && cloud.has("section"))
+    cloud.refuse("section", fmt::format("a body of {} dimensions has no cross-section", dimension), "remove it");
+  if (dimension == 3) return 1;
+  const std::string key = dimension == 2 ? "thickness" : "section";
+  if (!(cloud.number(key) > 0))
+    cloud.refuse(key, fmt::format("{} = {} is not positive", key, cloud.number(key)), "give a positive one");
+  return cloud.number(key);
+}
+
+std::int64_t intervals(const Table& cloud, double length, double spacing) {
+  if (!(spacing > 0))
+    cloud.refuse("spacing", fmt::format("a spacing of {} m is not positive", spacing), "give a positive one");
+  const double ratio = length / spacing;
+  const double n = std::max(1.0, std::round(ratio));
+  if (std::abs(ratio - n) > 1e-6 * n)
+    cloud.refuse("spacing", fmt::format("a spacing of {:.6g} m does not divide a length of {:.6g} m", spacing, length),
+                 fmt::format("take {:.10g} m or {:.10g} m", length / std::max(1.0, std::floor(ratio)),
+                             length / std::ceil(ratio)));
+  return static_cast<std::int64_t>(n);
+}
+
+Cloud make_cloud(MPI_Comm comm, const Case& c, double support_over_spacing) {
+  const Table table = c.section("cloud");
+  const std::string name = table.text("shape");
+  const auto shape = std::ranges::find(shapes(), name, &Shape::name);
+  Points points = shape->make(comm, table);
+  double spacing = 0;
+  for (const Point& p : points.points) spacing = std::max(spacing, p.spacing);
+  return distribute(comm, std::move(points), support_over_spacing * max(comm, spacing));
+}
+
+void declare_cloud(Schema& schema) {
+  std::vector<std::string> names;
+  for (const Shape& s : shapes()) names.push_back(s.name);
+  schema.add({.path = "cloud",
+              .sentence = "The points that stand for the body.",
+              .keys = {{"shape", Kind::choice, "", required, "What makes the points.", names},
+                       {"thickness", Kind::quantity, "m", "1 m", "Thickness of a body of two dimensions."},
+                       {"section", Kind::quantity, "m^2", "1 m^2", "Cross-section of a body of one dimension."}}});
+  declare_box(schema);
+  declare_rings(schema);
+  declare_csv(schema);
+}
+
+}  // namespace calor

@@ -1,0 +1,67 @@
+#pragma once
+// The shapes of clouds that calor makes or reads, as plain functions and as sections of a case.
+#include <mpi.h>
+
+#include <array>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/points.hpp"
+
+namespace calor {
+
+/// A box filled with a lattice, faces "xmin", "xmax", "ymin", ... Ids run along x first, then y, then z.
+struct BoxLattice {
+  int dimension = 3;
+  std::array<double, 3> size = {1, 1, 1};          ///< m, one per axis of the dimension
+  std::array<std::int64_t, 3> points = {2, 2, 2};  ///< per axis; at least 2 on walls, 1 in cells
+  Vec3 origin = {};                                ///< lowest corner, m
+  bool on_walls = true;                            ///< outermost points on the walls; otherwise at cell centres
+  /// Points move by up to this fraction of the spacing: inner ones along every axis, those on a wall (on walls) within
+  /// it, corners not at all; those of the outermost cells (in cells) not at all. Below 0.5.
+  double jitter = 0;
+  std::uint64_t seed = 1;
+  double section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2)
+};
+/// Collective.
+Points make_box(MPI_Comm comm, const BoxLattice& box);
+
+enum class Sector { full, half, quarter };
+
+/// A disc (2D, levels = 0) or cylinder (3D, axis z from z = 0) of concentric rings: a centre and points 6 m on ring m;
+/// a half 3 m intervals, a quarter round(1.5 m) but at least 2, with points on the cuts. Faces "side", then "bottom"
+/// and "top", then "cut1" (y = 0) and, of a quarter, "cut2" (x = 0).
+struct Rings {
+  double radius = 1;  ///< m
+  int rings = 1;      ///< outermost ring on the side
+  double height = 0;  ///< m; 3D only
+  int levels = 0;     ///< layers of points over the height, bottom and top included; 0: a disc
+  Sector sector = Sector::full;
+  double thickness = 1;  ///< m; 2D only
+};
+/// Collective.
+Points make_rings(MPI_Comm comm, const Rings& rings);
+
+/// A cloud in a CSV file; see csv.cpp for its columns. Every rank reads a part. `section` gives the thickness or
+/// cross-section for the dimension that the file turns out to have. Collective; throws Error.
+Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section);
+
+// The same from the [cloud] table of a case, and the keys that belong to each.
+Points box_from(MPI_Comm comm, const Table& cloud);
+Points disc_from(MPI_Comm comm, const Table& cloud);
+Points cylinder_from(MPI_Comm comm, const Table& cloud);
+Points csv_from(MPI_Comm comm, const Table& cloud);
+void declare_box(Schema& schema);
+void declare_rings(Schema& schema);
+void declare_csv(Schema& schema);
+
+/// Thickness (2D) or cross-section (1D) of the table, 1 in 3D; refuses a key that the dimension does not have.
+double section_of(const Table& cloud, int dimension);
+/// How often `spacing` goes into `length`; refuses one that does not divide it and names the nearest that do.
+std::int64_t intervals(const Table& cloud, double length, double spacing);
+
+}  // namespace calor

@@ -1,0 +1,66 @@
+#include "material/invert.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+namespace calor {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr int most_iterations = 200;
+
+// The search for one temperature.
+struct Search {
+  double low = -infinity, high = infinity;  // H(low) < H < H(high)
+  double step = infinity;                   // the last one
+  bool done = false;
+};
+
+double bisect(const Search& s, double T) {
+  if (std::isinf(s.low)) return T - std::max(1.0, 2 * std::abs(s.high - T) + std::abs(T));
+  if (std::isinf(s.high)) return T + std::max(1.0, 2 * std::abs(T - s.low) + std::abs(T));
+  return 0.5 * (s.low + s.high);
+}
+
+}  // namespace
+
+int invert_increasing(const Increasing& f, std::span<const double> H, std::span<double> T) {
+  constexpr std::size_t block = 1024;
+  std::array<Search, block> search;
+  std::array<double, block> H_now, slope;
+  const std::size_t n = H.size();
+  std::size_t open = n;
+  for (int iteration = 0; open > 0 && iteration < most_iterations; ++iteration) {
+    f(T, {H_now.data(), n}, {slope.data(), n});
+    for (std::size_t i = 0; i < n; ++i) {
+      Search& s = search[i];
+      if (s.done) continue;
+      const double excess = H_now[i] - H[i], tolerance = 1e-13 * std::abs(T[i]) + 1e-300;
+      if (!std::isfinite(excess)) return static_cast<int>(i);
+      if (!(slope[i] > 0)) {
+        // A step too far into temperatures for which the law was not meant: halfway back, if there was a way here.
+        if (std::isinf(s.step) || std::abs(s.step) < tolerance) return static_cast<int>(i);
+        s.step /= 2;
+        T[i] -= s.step;
+        continue;
+      }
+      (excess > 0 ? s.high : s.low) = T[i];
+      double next = T[i] - excess / slope[i];
+      if (!(next > s.low && next < s.high) && excess != 0) next = bisect(s, T[i]);
+      const double step = next - T[i];
+      // Newton's steps shrink like e, C e^2, ...: the next one would be step^3 / last^2.
+      const double to_come = std::isinf(s.step) ? std::abs(step) : std::abs(step) * std::pow(step / s.step, 2);
+      s.done = excess == 0 || std::abs(step) <= tolerance || 100 * to_come <= tolerance;
+      open -= s.done;
+      s.step = step;
+      T[i] = next;
+    }
+  }
+  if (open == 0) return -1;
+  return static_cast<int>(std::find_if(search.begin(), search.end(), [](const Search& s) { return !s.done; }) -
+                          search.begin());
+}
+
+}  // namespace calor

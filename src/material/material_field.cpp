@@ -1,0 +1,237 @@
+#include "material/material_field.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "material/invert.hpp"
+#include "material/materials.hpp"
+#include "material/regions.hpp"
+
+namespace calor {
+namespace {
+
+constexpr std::size_t block = 1024;  // points at a time: scratch stays in the cache
+using Scratch = std::array<double, block>;
+
+struct Region {
+  std::shared_ptr<const Material> material;
+  std::vector<int> point;  // empty: all points
+  std::vector<double> weight;
+  std::vector<Vec3> x;  // of the points listed
+  std::unique_ptr<PointProperties> at;
+};
+
+std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
+  return s.empty() ? s : s.subspan(first, n);
+}
+
+bool all_positive(std::span<const double> values) {
+  bool good = true;  // no early exit: this vectorises
+  for (const double v : values) good &= v > 0 && v <= std::numeric_limits<double>::max();
+  return good;
+}
+
+}  // namespace
+
+struct MaterialField::Parts {
+  std::span<const Vec3> x;
+  std::vector<Region> regions;
+  double reference;
+  Mean mean;
+  bool k_depends_on_T = false, k_depends_on_time = false, capacity_depends_on_T = false, has_capacity = true;
+  mutable double safe_low = 0, safe_high = 0;  // k(T) was looked at between these
+
+  /// Calls f(region, first point of the region, T, a, b) for the points first ... and adds up the weighted results in a
+  /// and b; either may be empty.
+  template <class F>
+  void sweep(std::size_t first, std::span<const double> T, std::span<double> a, std::span<double> b, F&& f) const {
+    if (regions.size() == 1 && regions[0].point.empty()) {
+      for (std::size_t n = 0; n < T.size(); n += block) {
+        const std::size_t size = std::min(block, T.size() - n);
+        f(regions[0], first + n, T.subspan(n, size), part(a, n, size), part(b, n, size));
+      }
+      return;
+    }
+    std::ranges::fill(a, 0.0);
+    std::ranges::fill(b, 0.0);
+    Scratch T_here, a_here, b_here;
+    for (const Region& r : regions) {
+      const auto begin = std::ranges::lower_bound(r.point, static_cast<int>(first)) - r.point.begin();
+      const auto end = std::ranges::lower_bound(r.point, static_cast<int>(first + T.size())) - r.point.begin();
+      for (std::size_t n = begin; n < static_cast<std::size_t>(end); n += block) {
+        const std::size_t size = std::min(block, end - n);
+        for (std::size_t i = 0; i < size; ++i) T_here[i] = T[r.point[n + i] - first];
+        f(r, n, std::span<const double>(T_here.data(), size), part(a_here, 0, a.empty() ? 0 : size),
+          part(b_here, 0, b.empty() ? 0 : size));
+        for (std::size_t i = 0; i < size && !a.empty(); ++i) a[r.point[n + i] - first] += r.weight[n + i] * a_here[i];
+        for (std::size_t i = 0; i < size && !b.empty(); ++i) b[r.point[n + i] - first] += r.weight[n + i] * b_here[i];
+      }
+    }
+  }
+
+  void check(const Region& r, std::size_t first, double t, std::span<const double> T, std::span<const double> value,
+             const char* what, const char* unit) const {
+    if (all_positive(value)) return;
+    for (std::size_t i = 0; i < value.size(); ++i) {
+      if (all_positive(value.subspan(i, 1))) continue;
+      const Vec3& p = x[r.point.empty() ? first + i : r.point[first + i]];
+      throw Error(Fault::numbers,
+                  fmt::format("the {} of '{}' is {:.6g} {} at ({:.6g}, {:.6g}, {:.6g}) m, T = {:.6g} K, t = {:.6g} s",
+                              what, r.material->name, value[i], unit, p.x, p.y, p.z, T[i], t),
+                  std::isfinite(T[i]) ? "give a law that is positive at every temperature the run may see"
+                                      : "the run has gone wrong before: try a smaller step");
+    }
+  }
+
+  void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
+    if (!has_capacity) {
+      for (std::size_t i = 0; i < H.size(); ++i) H[i] = T[i] - reference;
+      std::ranges::fill(rho_c, 1.0);
+      return;
+    }
+    sweep(first, T, H, rho_c,
+          [](const Region& r, std::size_t at, auto T, auto H, auto c) { r.at->enthalpy(at, T, H, c); });
+  }
+};
+
+MaterialField::MaterialField(MaterialField&&) noexcept = default;
+MaterialField::~MaterialField() = default;
+
+MaterialField::MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range)
+    : parts_(std::make_unique<Parts>()) {
+  Parts& p = *parts_;
+  p.x = cloud.x;
+  p.reference = range.reference;
+  p.safe_low = std::numeric_limits<double>::max(), p.safe_high = -p.safe_low;
+
+  Materials materials(c);
+  const Table body = c.section("body");
+  const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
+  bool layered = false, of_T_alone = true;
+  for (BodyRegion& r : body_regions(c, cloud, unnamed ? materials.only_one() : "")) {
+    Region region{materials.get(r.material, r.place), std::move(r.point), std::move(r.weight), {}, nullptr};
+    const Material& m = *region.material;
+    p.k_depends_on_T |= m.conductivity_depends_on_T();
+    p.k_depends_on_time |= m.conductivity_depends_on_time();
+    p.capacity_depends_on_T |= m.capacity_depends_on_T();
+    p.has_capacity &= m.has_capacity();
+    layered |= m.conductivity_is_layered();
+    of_T_alone &= m.conductivity_of_T_alone();
+    if (!r.whole) {
+      region.x.reserve(region.point.size());
+      for (const int i : region.point) region.x.push_back(p.x[i]);
+    }
+    p.regions.push_back(std::move(region));
+    // Bound in place: the properties look at the region's points from now on.
+    Region& kept = p.regions.back();
+    together(cloud.comm, [&] { kept.at = kept.material->at(r.whole ? p.x : std::span<const Vec3>(kept.x), range); });
+  }
+  const bool one_of_T = p.regions.size() == 1 && of_T_alone;
+  const std::string mean = body.text("conductivity_mean");
+  if (mean == "integral" && !one_of_T)
+    body.refuse("conductivity_mean",
+                p.regions.size() > 1 ? "the integral mean takes one material, this body has several"
+                                     : "the integral mean takes a conductivity that depends on temperature alone",
+                "write \"arithmetic\", \"harmonic\" or \"automatic\"");
+  p.mean = mean == "integral"                ? Mean::integral
+           : mean == "arithmetic"            ? Mean::arithmetic
+           : mean == "harmonic"              ? Mean::harmonic
+           : p.regions.size() > 1 || layered ? Mean::harmonic
+           : one_of_T && p.k_depends_on_T    ? Mean::integral
+                                             : Mean::arithmetic;
+}
+
+Mean MaterialField::mean() const { return parts_->mean; }
+bool MaterialField::conductivity_depends_on_T() const { return parts_->k_depends_on_T; }
+bool MaterialField::conductivity_depends_on_time() const { return parts_->k_depends_on_time; }
+bool MaterialField::capacity_depends_on_T() const { return parts_->has_capacity && parts_->capacity_depends_on_T; }
+bool MaterialField::has_capacity() const { return parts_->has_capacity; }
+
+void MaterialField::conductivity(double t, std::span<const double> T, std::span<double> k,
+                                 std::span<double> dk_dT) const {
+  const Parts& p = *parts_;
+  p.sweep(0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
+    r.at->conductivity(at, t, T, k, dk_dT);
+    if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
+      p.check(r, at, t, T, k, "conductivity", "W/(m K)");
+  });
+}
+
+void MaterialField::theta(std::span<const double> T, std::span<double> theta) const {
+  const Parts& p = *parts_;
+  const Region& r = p.regions[0];
+  bool finite = true;
+  double low = std::numeric_limits<double>::max(), high = -low;
+  for (const double v : T) low = std::min(low, v), high = std::max(high, v), finite &= v - v == 0;
+  // theta alone would not show a k that is not positive. k is looked at only when temperatures leave what was seen.
+  if (!T.empty() && p.k_depends_on_T && (!finite || low < p.safe_low || high > p.safe_high)) {
+    Scratch k, samples;
+    const auto look = [&](std::span<const double> T, std::size_t first) {
+      for (std::size_t n = 0; n < T.size(); n += block) {
+        const std::size_t size = std::min(block, T.size() - n);
+        r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
+        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, "conductivity", "W/(m K)");
+      }
+    };
+    look(T, 0);
+    // All points share k(T), so any of them can stand for the samples in between. Where the law ends within the margin
+    // nothing is remembered, and k is looked at every time.
+    const double margin = 0.1 * (high - low);
+    low = std::min(low - margin, p.safe_low), high = std::max(high + margin, p.safe_high);
+    for (std::size_t i = 0; i < block; ++i) samples[i] = low + (high - low) * static_cast<double>(i) / (block - 1);
+    try {
+      r.at->conductivity(0, 0, samples, k, {});
+      if (all_positive(k)) p.safe_low = low, p.safe_high = high;
+    } catch (const Error&) {
+    }
+  }
+  r.at->theta(T, theta);
+}
+
+void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
+  const Parts& p = *parts_;
+  if (!capacity_depends_on_T() || rho_c.empty()) {
+    p.enthalpy(0, T, H, rho_c);
+    return;
+  }
+  p.sweep(0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
+    r.at->enthalpy(at, T, H, rho_c);
+    p.check(r, at, 0, T, rho_c, "volumetric heat capacity", "J/(m^3 K)");
+  });
+}
+
+void MaterialField::temperature(std::span<const double> H, std::span<double> T) const {
+  const Parts& p = *parts_;
+  const std::span<double> all = T.first(H.size());
+  Scratch rho_c;
+  for (std::size_t first = 0; first < H.size(); first += block) {
+    const std::size_t n = std::min(block, H.size() - first);
+    const auto H_here = H.subspan(first, n);
+    const auto T_here = all.subspan(first, n);
+    if (!capacity_depends_on_T()) {
+      p.enthalpy(first, T_here, {}, {rho_c.data(), n});
+      for (std::size_t i = 0; i < n; ++i) T_here[i] = p.reference + H_here[i] / rho_c[i];
+      continue;
+    }
+    const auto evaluate = [&](std::span<const double> T, std::span<double> H, std::span<double> c) {
+      p.enthalpy(first, T, H, c);
+    };
+    if (const int bad = invert_increasing(evaluate, H_here, T_here); bad >= 0) {
+      const Vec3& at = p.x[first + bad];
+      throw Error(
+          Fault::numbers,
+          fmt::format("no temperature holds the enthalpy {:.6g} J/m^3 at ({:.6g}, {:.6g}, {:.6g}) m; the search "
+                      "ended at T = {:.6g} K",
+                      H_here[bad], at.x, at.y, at.z, T_here[bad]),
+          "give density and specific heat that are positive at every temperature, or try a smaller step");
+    }
+  }
+}
+
+}  // namespace calor

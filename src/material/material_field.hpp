@@ -1,0 +1,50 @@
+#pragma once
+// The properties of the whole body at the points where the flux sites want them: every point belongs to a region, a
+// point on the interface of two layers to both with equal weights.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+#include "material/material.hpp"
+#include "method/flux_sites.hpp"
+
+namespace calor {
+
+class MaterialField {
+ public:
+  /// Materials and regions of the case at all local points of the cloud, which must outlive this. Collective (errors
+  /// are raised together).
+  MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range);
+  MaterialField(MaterialField&&) noexcept;
+  ~MaterialField();
+
+  /// How pairs share k: the one the case asks for, otherwise integral for one material with k(T), harmonic for layered
+  /// and piecewise bodies, arithmetic for the rest.
+  Mean mean() const;
+  bool conductivity_depends_on_T() const;
+  bool conductivity_depends_on_time() const;
+  bool capacity_depends_on_T() const;
+  /// Are density and specific heat known everywhere? A steady case does without: rho c then counts as 1 J/(m^3 K).
+  bool has_capacity() const;
+
+  // All local points, or only the first T.size() of them. A value that is not positive and finite throws Error(numbers)
+  // with point and temperature; that can happen on one rank alone: callers run these inside `together` or check at
+  // their own reduction.
+  void conductivity(double t, std::span<const double> T, std::span<double> k, std::span<double> dk_dT) const;
+  void theta(std::span<const double> T, std::span<double> theta) const;
+  /// Per volume; either span may be empty.
+  void enthalpy(std::span<const double> T, std::span<double> H, std::span<double> rho_c) const;
+  /// Solves H(T) = H for T (Newton, safeguarded); T holds a guess on entry. First `H.size()` points.
+  void temperature(std::span<const double> H, std::span<double> T) const;
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+void declare_materials(Schema& schema);
+
+}  // namespace calor

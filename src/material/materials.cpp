@@ -1,0 +1,158 @@
+#include "material/materials.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+
+#include "case/where.hpp"
+#include "material/library.hpp"
+#include "material/material_field.hpp"
+#include "material/mixture.hpp"
+#include "material/simple.hpp"
+
+namespace calor {
+namespace {
+
+const std::vector<std::string> property_keys = {"conductivity", "density", "specific_heat", "library"};
+
+std::shared_ptr<const Material> make_simple(const std::string& name, const Table& table, bool transient) {
+  std::optional<Function> k, rho, c;
+  if (table.has("library")) {
+    const SimpleProperties p = find_in_library(table.text("library"))->properties();
+    k = p.conductivity, rho = p.density, c = p.specific_heat;
+  }
+  if (table.has("conductivity")) k = table.function("conductivity");
+  if (table.has("density")) rho = table.function("density");
+  if (table.has("specific_heat")) c = table.function("specific_heat");
+  if (!k)
+    table.refuse("", fmt::format("[{}] has no conductivity", table.path()),
+                 "add conductivity = \"... W/(m K)\", or library = \"...\"");
+  for (const auto& [value, key, unit] : {std::tuple(&rho, "density", "kg/m^3"), {&c, "specific_heat", "J/(kg K)"}})
+    if (transient && !*value)
+      table.refuse("", fmt::format("[{}] has no {}, which a case with [time] needs", table.path(), key),
+                   fmt::format("add {} = \"... {}\"", key, unit));
+  return make_simple_material(name, {*k, rho, c});
+}
+
+}  // namespace
+
+std::shared_ptr<const Material> Materials::get(const std::string& name, const Place& place) {
+  if (const auto found = made_.find(name); found != made_.end()) return found->second;
+  std::vector<std::string> known;
+  for (const auto& [other, table] : case_.section("material").children()) {
+    known.push_back(other);
+    if (other == name) return made_[name] = make(name, table);
+  }
+  if (const LibraryMaterial* m = find_in_library(name))
+    return made_[name] = make_simple_material(name, m->properties());
+  for (const auto& m : material_library()) known.push_back(m.name);
+  const std::string near = nearest(name, known);
+  throw Error(Fault::bad_case, place, fmt::format("there is no material '{}'", name),
+              near.empty() ? fmt::format("add [material.{}]; known are {}", name, fmt::join(known, ", "))
+                           : fmt::format("did you mean '{}'?", near));
+}
+
+std::shared_ptr<const Material> Materials::make(const std::string& name, const Table& table) {
+  if (!table.has("mix")) return make_simple(name, table, case_.root().has("time"));
+  for (const auto& key : property_keys)
+    if (table.has(key))
+      table.refuse(key, fmt::format("[{}] is a mixture and has a '{}' of its own", table.path(), key),
+                   "write the properties of the phases");
+  if (std::ranges::count(making_, name))
+    table.refuse("phases", fmt::format("'{}' is a phase of itself", name), "name two other materials");
+  const auto phases = table.texts("phases");
+  if (phases.size() != 2)
+    table.refuse("phases", fmt::format("a mixture has two phases, not {}", phases.size()),
+                 "write phases = [\"first\", \"second\"]");
+  making_.push_back(name);
+  const auto first = get(phases[0], table.place("phases")), second = get(phases[1], table.place("phases"));
+  making_.pop_back();
+  const auto rule = std::ranges::find(mixing_rules(), table.text("mix"), &MixingRule::name);
+  return make_mixture(name, *rule, table.text("basis") == "mass" ? Basis::mass : Basis::volume,
+                      table.function("fraction"), first, second, table.place("basis"));
+}
+
+std::string Materials::only_one() const {
+  const auto materials = case_.section("material").children();
+  if (materials.empty())
+    throw Error(Fault::bad_case, case_.section("material").place(), "the case has no material",
+                "add [material.NAME] with a conductivity, or library = \"...\" in it");
+  std::vector<std::string> phases, bodies;
+  for (const auto& [name, table] : materials)
+    if (table.has("mix"))
+      for (const auto& phase : table.texts("phases")) phases.push_back(phase);
+  for (const auto& [name, table] : materials)
+    if (!std::ranges::count(phases, name)) bodies.push_back(name);
+  if (bodies.size() == 1) return bodies.front();
+  throw Error(Fault::bad_case, case_.section("body").place(),
+              bodies.empty() ? "every material is a phase of another"
+                             : fmt::format("it is not said which of {} the body is made of", fmt::join(bodies, ", ")),
+              "add [body] with material = \"...\", layers or regions");
+}
+
+void declare_materials(Schema& schema) {
+  std::vector<std::string> rules, library;
+  std::string rule_sentence = "Mixes two other materials:";
+  for (const auto& rule : mixing_rules()) {
+    rules.push_back(rule.name);
+    rule_sentence += fmt::format(" {}: {};", rule.name, rule.sentence);
+  }
+  rule_sentence.back() = '.';
+  for (const auto& m : material_library()) library.push_back(m.name);
+
+  schema.add(
+      {.path = "material.*",
+       .sentence = "A material. A value may depend on place (x, y, z, r) and temperature (T), the conductivity on "
+                   "time (t) too. The conductivity is the same in all directions: one value, not a list.",
+       .keys = {{"conductivity", Kind::function, "W/(m K)", optional, "Conductivity, the same in all directions."},
+                {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
+                {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
+                {"library", Kind::choice, "", optional,
+                 "Takes the values of a built-in material; keys written beside it replace single values.", library},
+                {"mix", Kind::choice, "", optional, rule_sentence, rules}}});
+  for (const auto& rule : rules)
+    schema.add({.path = "material.*",
+                .sentence = fmt::format("A mixture by the rule '{}'.", rule),
+                .keys = {{"phases", Kind::texts, "", required, "The two materials that are mixed."},
+                         {"fraction", Kind::function, "", required,
+                          "Fraction of the second phase, 0 to 1, a number or a function of place."},
+                         {"basis",
+                          Kind::choice,
+                          "",
+                          required,
+                          "What the fraction is of. mass: rho = 1/((1-a)/rho1 + a/rho2), c = (1-a) c1 + a c2; volume: "
+                          "rho and rho c are volume averages. The conductivity takes the fraction as it is.",
+                          {"mass", "volume"}}},
+                .when_key = "mix",
+                .when_value = rule});
+  const std::vector<std::string> axes = {"x", "y", "z"};
+  schema.add(
+      {.path = "body",
+       .sentence = "What the body is made of; not needed where there is one material that is no phase of another.",
+       .keys = {{"material", Kind::text, "", optional, "Material of all points that no region takes."},
+                {"conductivity_mean",
+                 Kind::choice,
+                 "",
+                 "automatic",
+                 "How two points share a conductivity. automatic: integral for one material with k(T), harmonic "
+                 "for layers and regions, arithmetic for the rest.",
+                 {"automatic", "integral", "arithmetic", "harmonic"}},
+                {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
+                {"start", Kind::quantity, "m", optional,
+                 "Coordinate at which the first layer begins; default: the low side of the body."}}});
+  schema.add({.path = "body.layer[]",
+              .sentence = "A layer of the body; a point on an interface belongs to both layers, half and half.",
+              .keys = {{"material", Kind::text, "", required, "Material of the layer."},
+                       {"thickness", Kind::quantity, "m", required, "Thickness of the layer."}}});
+  auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
+  keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
+  keys.push_back({"tag", Kind::text, "", optional, "Tag of the points of the region."});
+  schema.add({.path = "body.region[]",
+              .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
+              .keys = keys});
+}
+
+}  // namespace calor

@@ -1,0 +1,32 @@
+#pragma once
+// The materials of a case by name: those of [material.*], then those of the library.
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+#include "material/material.hpp"
+
+namespace calor {
+
+class Materials {
+ public:
+  /// The case must outlive this.
+  explicit Materials(const Case& c) : case_(c) {}
+
+  /// Throws Error(bad_case) at `place` for a name that is unknown, and at the material's own keys for what is wrong
+  /// there.
+  std::shared_ptr<const Material> get(const std::string& name, const Place& place);
+  /// The one material that is not a phase of another; throws Error(bad_case) where there are none or several.
+  std::string only_one() const;
+
+ private:
+  std::shared_ptr<const Material> make(const std::string& name, const Table& table);
+
+  const Case& case_;
+  std::map<std::string, std::shared_ptr<const Material>> made_;
+  std::vector<std::string> making_;  // names on the way, to find a mixture of itself
+};
+
+}  // namespace calor

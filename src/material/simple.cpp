@@ -1,0 +1,198 @@
+#include "material/simple.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/point_function.hpp"
+
+namespace calor {
+namespace {
+
+// Gauss-Legendre, 16 points on [-1, 1] (Abramowitz & Stegun, table 25.4); symmetric.
+constexpr std::array<double, 8> gauss_x = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
+                                           0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
+                                           0.9445750230732325761, 0.9894009349916499326};
+constexpr std::array<double, 8> gauss_w = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
+                                           0.1495959888165767320, 0.1246289712555338720, 0.0951585116824927848,
+                                           0.0622535239386478929, 0.0271524594117540949};
+
+PointValues checked_values(const Function& f, std::span<const Vec3> x, const std::string& what,
+                           const std::string& unit) {
+  PointValues values(f, x);
+  for (std::size_t i = 0; i < values.all().size(); ++i) {
+    const double value = values.all()[i];
+    if (value > 0 && std::isfinite(value)) continue;
+    const std::string where =
+        values.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
+    throw Error(Fault::bad_case, f.place(), fmt::format("the {} is {:.6g} {}{}", what, value, unit, where),
+                "it must be positive everywhere");
+  }
+  return values;
+}
+
+bool of_place_alone(const Function& f) { return !f.depends_on_time() && !f.depends_on_temperature(); }
+
+class Conductivity {
+ public:
+  Conductivity(const Function& k, std::span<const Vec3> x, const TemperatureRange& range, const std::string& what)
+      : function_(k), x_(x) {
+    if (of_place_alone(k)) {
+      values_.emplace(checked_values(k, x, what, "W/(m K)"));
+    }
+    if (!k.depends_on_place() && !k.depends_on_time()) curve_ = k.curve(range.low, range.high);
+  }
+
+  void evaluate(std::size_t first, double t, std::span<const double> T, std::span<double> k,
+                std::span<double> dk_dT) const {
+    if (values_) {
+      for (std::size_t i = 0; i < k.size(); ++i) k[i] = (*values_)[first + i];
+      std::ranges::fill(dk_dT, 0.0);
+    } else if (curve_) {
+      curve_->values(T, k);
+      if (!dk_dT.empty()) curve_->derivatives(T, dk_dT);
+    } else {
+      const Arguments args{.x = x_.subspan(first, T.size()), .t = t, .T = T};
+      function_.evaluate(args, k);
+      if (!dk_dT.empty()) function_.derivative(args, dk_dT);
+    }
+  }
+
+  void integral(std::span<const double> T, std::span<double> theta) const { curve_->integrals(T, theta); }
+
+ private:
+  Function function_;
+  std::span<const Vec3> x_;
+  std::optional<PointValues> values_;
+  std::optional<Curve> curve_;
+};
+
+// H = integral of rho c dT from the reference temperature, by the simplest form that is exact.
+class Capacity {
+ public:
+  Capacity(const Function& rho, const Function& c, std::span<const Vec3> x, const TemperatureRange& range,
+           const std::string& of)
+      : rho_(rho), c_(c), x_(x), reference_(range.reference) {
+    if (of_place_alone(rho)) density_.emplace(checked_values(rho, x, "density" + of, "kg/m^3"));
+    if (of_place_alone(c)) specific_heat_.emplace(checked_values(c, x, "specific heat" + of, "J/(kg K)"));
+    if (density_ && specific_heat_) return;
+    if (density_ && !c.depends_on_place()) {
+      curve_ = c.curve(range.low, range.high);
+    } else if (!rho.depends_on_place() && !c.depends_on_place()) {
+      // Both curves are copied into the product, which goes on sampling outside of the range.
+      const Curve a = rho.curve(range.low, range.high), b = c.curve(range.low, range.high);
+      curve_ = Curve::sampled([a, b](double T) { return a.value(T) * b.value(T); }, range.low, range.high);
+      density_.emplace(std::vector<double>{1});
+    }
+    if (curve_) start_ = curve_->integral(reference_);
+  }
+
+  void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
+    const std::size_t n = T.size();
+    if (density_ && specific_heat_) {
+      for (std::size_t i = 0; i < H.size(); ++i)
+        H[i] = (*density_)[first + i] * (*specific_heat_)[first + i] * (T[i] - reference_);
+      for (std::size_t i = 0; i < rho_c.size(); ++i) rho_c[i] = (*density_)[first + i] * (*specific_heat_)[first + i];
+    } else if (curve_) {
+      if (!H.empty()) curve_->integrals(T, H);
+      for (std::size_t i = 0; i < H.size(); ++i) H[i] = (*density_)[first + i] * (H[i] - start_);
+      if (!rho_c.empty()) curve_->values(T, rho_c);
+      for (std::size_t i = 0; i < rho_c.size(); ++i) rho_c[i] *= (*density_)[first + i];
+    } else {
+      std::vector<double> at(n), value(n);
+      if (!rho_c.empty()) product(first, T, rho_c);
+      if (!H.empty()) std::ranges::fill(H, 0.0);
+      for (std::size_t q = 0; q < 2 * gauss_x.size() && !H.empty(); ++q) {
+        const double s = q % 2 ? gauss_x[q / 2] : -gauss_x[q / 2];
+        for (std::size_t i = 0; i < n; ++i) at[i] = reference_ + 0.5 * (1 + s) * (T[i] - reference_);
+        product(first, at, value);
+        for (std::size_t i = 0; i < n; ++i) H[i] += 0.5 * gauss_w[q / 2] * (T[i] - reference_) * value[i];
+      }
+    }
+  }
+
+  void density(std::size_t first, std::span<double> rho) const {
+    for (std::size_t i = 0; i < rho.size(); ++i) rho[i] = (*density_)[first + i];
+  }
+
+ private:
+  void product(std::size_t first, std::span<const double> T, std::span<double> rho_c) const {
+    const Arguments args{.x = x_.subspan(first, T.size()), .T = T};
+    std::vector<double> c(T.size());
+    rho_.evaluate(args, rho_c);
+    c_.evaluate(args, c);
+    for (std::size_t i = 0; i < c.size(); ++i) rho_c[i] *= c[i];
+  }
+
+  Function rho_, c_;
+  std::span<const Vec3> x_;
+  double reference_, start_ = 0;
+  std::optional<PointValues> density_, specific_heat_;
+  std::optional<Curve> curve_;  // of c, or of rho c with density_ = 1
+};
+
+class SimplePointProperties final : public PointProperties {
+ public:
+  SimplePointProperties(const std::string& name, const SimpleProperties& p, std::span<const Vec3> x,
+                        const TemperatureRange& range)
+      : k_(p.conductivity, x, range, fmt::format("conductivity of '{}'", name)) {
+    if (p.density && p.specific_heat)
+      capacity_.emplace(*p.density, *p.specific_heat, x, range, fmt::format(" of '{}'", name));
+  }
+
+  void conductivity(std::size_t first, double t, std::span<const double> T, std::span<double> k,
+                    std::span<double> dk_dT) const override {
+    k_.evaluate(first, t, T, k, dk_dT);
+  }
+  void theta(std::span<const double> T, std::span<double> theta) const override { k_.integral(T, theta); }
+  void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H,
+                std::span<double> rho_c) const override {
+    capacity_->enthalpy(first, T, H, rho_c);
+  }
+  void density(std::size_t first, std::span<double> rho) const override { capacity_->density(first, rho); }
+
+ private:
+  Conductivity k_;
+  std::optional<Capacity> capacity_;
+};
+
+class SimpleMaterial final : public Material {
+ public:
+  SimpleMaterial(const std::string& name, SimpleProperties p) : Material(name), p_(std::move(p)) {}
+
+  std::unique_ptr<PointProperties> at(std::span<const Vec3> x, const TemperatureRange& range) const override {
+    return std::make_unique<SimplePointProperties>(name, p_, x, range);
+  }
+  bool conductivity_of_T_alone() const override {
+    return !p_.conductivity.depends_on_place() && !p_.conductivity.depends_on_time();
+  }
+  bool conductivity_is_layered() const override { return p_.conductivity.is_layered(); }
+  bool conductivity_depends_on_T() const override { return p_.conductivity.depends_on_temperature(); }
+  bool conductivity_depends_on_time() const override { return p_.conductivity.depends_on_time(); }
+  bool capacity_depends_on_T() const override {
+    return has_capacity() && (p_.density->depends_on_temperature() || p_.specific_heat->depends_on_temperature());
+  }
+  bool density_depends_on_T() const override { return p_.density && p_.density->depends_on_temperature(); }
+  bool has_capacity() const override { return p_.density && p_.specific_heat; }
+
+ private:
+  SimpleProperties p_;
+};
+
+}  // namespace
+
+std::unique_ptr<Material> make_simple_material(const std::string& name, SimpleProperties properties) {
+  const auto refuse_time = [&](const std::optional<Function>& f, const char* what) {
+    if (f && f->depends_on_time())
+      throw Error(Fault::bad_case, f->place(), fmt::format("the {} of '{}' depends on time", what, name),
+                  "the heat a body holds must be a function of its temperature: give a source for the rest");
+  };
+  refuse_time(properties.density, "density");
+  refuse_time(properties.specific_heat, "specific heat");
+  return std::make_unique<SimpleMaterial>(name, std::move(properties));
+}
+
+}  // namespace calor

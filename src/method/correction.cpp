@@ -1,0 +1,132 @@
+#include "method/correction.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "method/correction_steps.hpp"
+
+namespace calor {
+
+namespace {
+
+constexpr int most_solves = 6;
+constexpr double floor_of_clip = 0.02;
+
+double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G) {
+  const auto R = linear_residual(cloud, neighbours, G);
+  double largest = 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const double size = std::pow(cloud.spacing[i], cloud.dimension - 1) * cloud.section;
+    largest = std::max(largest, norm(R[i]) / size);
+  }
+  return max(cloud.comm, largest);
+}
+
+/// Axis of every face of a box: "xmin", "xmax", "ymin", ...
+std::vector<int> axes_of_faces(const Cloud& cloud) {
+  std::vector<int> axes;
+  for (const auto& face : cloud.faces) axes.push_back(face[0] - 'x');
+  return axes;
+}
+
+/// Box lattice with a support of one layer: mirror the lattice at its walls and fold the mirrored pairs back.
+/// Points on the walls: a pair that lies in n walls together stands for 2^n pairs, so it gets 2^-n of its weight.
+/// Points at cell centres: a wall along which both lie adds the pair with the mirror image of one of them, one layer
+/// farther: its |x_ji|^2 is larger by d^2.
+std::vector<double> mirrored_lattice_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                             std::span<const double> inside) {
+  const auto axes = axes_of_faces(cloud);
+  const auto weight = [&](std::size_t squares) { return squares <= inside.size() ? inside[squares - 1] : 0.0; };
+  std::vector<double> G(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const Vec3 r = cloud.x[j] - cloud.x[i];
+      const auto squares = static_cast<std::size_t>(std::lround(dot(r, r) / (cloud.spacing[i] * cloud.spacing[i])));
+      const std::uint32_t shared = cloud.on_faces[i] & cloud.on_faces[j];
+      if (cloud.points_on_walls) {
+        G[n] = std::ldexp(weight(squares), -std::popcount(shared));
+        continue;
+      }
+      std::array<int, 3> walls = {};  // along which both lie, per axis
+      for (std::size_t f = 0; f < axes.size(); ++f) walls[axes[f]] += shared >> f & 1;
+      const auto [x, y, z] = walls;
+      G[n] = weight(squares) + (x + y + z) * weight(squares + 1) + (x * y + x * z + y * z) * weight(squares + 2);
+    }
+  }
+  return G;
+}
+
+/// A pair along a wall would meet its mirror image there: both share the wall's other side, so n common faces leave it
+/// 2^-n of its weight. The scaling and the fit start nearer to their goal.
+void share_with_mirror_images(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+      g[n] = std::ldexp(g[n], -std::popcount(cloud.on_faces[i] & cloud.on_faces[neighbours.column[n]]));
+}
+
+/// Volumes whose traces the scaling aims at. A point off the walls lacks the part of its second moment that its
+/// boundary patches carry: V - 1/D integral of (x - x_i).n dS, the patches half a spacing away.
+std::vector<double> volumes_to_scale(const Cloud& cloud) {
+  std::vector<double> volume(cloud.volume.begin(), cloud.volume.begin() + cloud.owned);
+  if (cloud.points_on_walls) return volume;
+  for (const Patch& patch : cloud.patches) {
+    volume[patch.point] -= patch.area * 0.5 * cloud.spacing[patch.point] / cloud.dimension;
+  }
+  for (int i = 0; i < cloud.owned; ++i) volume[i] = std::max(volume[i], 0.1 * cloud.volume[i]);
+  return volume;
+}
+
+void count_negative(const Cloud& cloud, std::span<const double> G, CorrectionReport& report) {
+  std::vector<double> size(G.size());
+  std::int64_t negative = 0;
+  double smallest = 0;
+  for (std::size_t n = 0; n < G.size(); ++n) {
+    size[n] = std::abs(G[n]);
+    smallest = std::min(smallest, G[n]);
+    negative += G[n] < 0;
+  }
+  report.negative = total(cloud.comm, negative);
+  smallest = min(cloud.comm, smallest);
+  report.most_negative = report.negative > 0 ? smallest * static_cast<double>(report.pairs) / sum(cloud.comm, size) : 0;
+}
+
+}  // namespace
+
+std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double> g,
+                                       std::span<const double> lattice_weights, CorrectionReport& report) {
+  report = {};
+  report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
+
+  if (cloud.box_lattice && !lattice_weights.empty()) {
+    auto G = mirrored_lattice_weights(cloud, neighbours, lattice_weights);
+    report.residual = largest_residual(cloud, neighbours, G);
+    report.lattice_shortcut = report.residual < 1e-10;
+    if (report.lattice_shortcut) return G;
+  }
+
+  if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
+  scale_traces(cloud, neighbours, volumes_to_scale(cloud), g);
+  // The fit aims at points on the walls; off the walls it would need the patches' own moments, and does not pay.
+  if (cloud.points_on_walls) report.moment_iterations = fit_second_moments(cloud, neighbours, g);
+
+  for (bool negative = true; negative && report.lambda_solves < most_solves;) {
+    const std::vector<double> base = g;
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g);
+    if (report.lambda_solves++ == 0) report.change = solve.change;
+    report.lambda_iterations += solve.iterations;
+    const auto below_zero = [](double G) { return G < 0; };
+    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
+    if (!negative || report.lambda_solves == most_solves) break;
+    for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+  }
+  report.residual = largest_residual(cloud, neighbours, g);
+  count_negative(cloud, g, report);
+  return g;
+}
+
+}  // namespace calor

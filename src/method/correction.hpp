@@ -1,0 +1,43 @@
+#pragma once
+// The stage that turns the base weights of any pair method into weights that conserve heat, reproduce linear fields to
+// round-off on any cloud and converge with second order.
+//
+// Think of the pairs as the bars of a truss with forces G_ij x_ji, x_ji = x_j - x_i: it carries the stress
+// sigma = 1/2 sum_ij G_ij x_ji (x) x_ji on the segments ij, and heat is conducted with the tensor sigma instead of I.
+//   sum_j G_ij x_ji = -A_i                     (L)  div sigma = 0 with the tractions of sigma = I on the surface:
+//                                                   linear temperatures and their wall fluxes are exact
+//   sum_j G_ij x_ji (x) x_ji = 2 V_i I         (M)  no self-equilibrated stress: without it a layer along the walls has
+//                                                   sigma - I = O(1), and the scheme is of first order only
+// (M), for points on the walls, cannot hold everywhere at once: it is fitted; (L) is then enforced to round-off. What
+// (L) leaves open are rigid motions of the truss, so the areas must satisfy sum A = 0 and sum x cross A = 0.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+
+namespace calor {
+
+/// What the correction did, for the report.
+struct CorrectionReport {
+  bool lattice_shortcut = false;  ///< exact weights of a box lattice, nothing to solve
+  int moment_iterations = 0;
+  int lambda_solves = 0, lambda_iterations = 0;
+  double residual = 0;        ///< max |sum_j G_ij x_ji + A_i| / d^(D-1)
+  double change = 0;          ///< max |G/g - 1| of the first lambda solve
+  std::int64_t negative = 0;  ///< directed pairs with G < 0 that remain
+  double most_negative = 0;   ///< min G / mean |G|, 0 when none
+  std::int64_t pairs = 0;     ///< directed pairs
+};
+
+/// Consistent weights from base weights g (directed, symmetric to the last bit, true volumes): Sinkhorn scaling of the
+/// traces of (M), a fit of (M), then (L) by G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary
+/// areas. `lattice_weights`: G of a pair with |x_ji|^2 = 1, 2, 3 d^2 inside an unbounded box lattice of spacing d, for
+/// methods whose support ends there; then a box lattice takes its exact weights without any solve. Empty: no such
+/// weights. The result does not depend on the number of ranks. Collective; throws Error(numbers) where (L) has no
+/// solution.
+std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double> g,
+                                       std::span<const double> lattice_weights, CorrectionReport& report);
+
+}  // namespace calor

@@ -1,0 +1,31 @@
+#pragma once
+// The steps of the correction; see correction.hpp for what they are for. All are collective, take weights of directed
+// pairs that are symmetric to the last bit and leave them so.
+#include <span>
+#include <vector>
+
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+
+namespace calor {
+
+/// g_ij <- g_ij a_i a_j such that sum_j g_ij |x_ji|^2 = 2 D volume_i: Sinkhorn sweeps. `volume` of the owned points.
+void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
+                  std::span<double> g);
+
+/// Fits sum_j g_ij x_ji (x) x_ji to 2 V_i I by g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau symmetric tensors, and
+/// keeps g >= 0.02 of what it was. For points on the walls. Returns the iterations.
+int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+
+/// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2.
+std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
+
+struct LambdaSolve {
+  int iterations;
+  double change;  ///< max |G/g - 1|
+};
+
+/// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i.
+LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+
+}  // namespace calor

@@ -1,0 +1,37 @@
+#include "method/method.hpp"
+
+#include <vector>
+
+#include "method/sph.hpp"
+
+namespace calor {
+
+namespace {
+
+/// One line per method.
+const std::vector<Method>& methods() {
+  static const std::vector<Method> all = {sph_method()};
+  return all;
+}
+
+}  // namespace
+
+const Method& chosen_method(const Case& c) {
+  const std::string name = c.root().text("method");
+  for (const Method& method : methods()) {
+    if (method.name == name) return method;
+  }
+  c.root().refuse("method", "'" + name + "' is not a method",
+                  "choose one of the methods that `calor doc method` lists");
+}
+
+void declare_methods(Schema& schema) {
+  std::vector<std::string> names;
+  for (const Method& method : methods()) names.push_back(method.name);
+  schema.add({.path = "",
+              .sentence = "",
+              .keys = {{"method", Kind::choice, "", required, "How the heat equation is discretised.", names}}});
+  declare_sph(schema);
+}
+
+}  // namespace calor

@@ -1,0 +1,133 @@
+// Sinkhorn scaling of the traces and soft fit of the whole second moments.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+#include "method/conjugate_gradients.hpp"
+#include "method/correction_steps.hpp"
+
+namespace calor {
+
+namespace {
+
+constexpr int sinkhorn_sweeps = 30;
+/// Of the diagonal: (M) is over-determined, so it must not be hard; and it is no truer than the volumes.
+constexpr double softness_of_nearest = 1e-3, softness_of_sectors = 0.2;
+constexpr double floor_of_fit = 0.02;
+
+/// xx, yy, zz, xy, xz, yz of a (x) a, or of a symmetric tensor.
+using Six = std::array<double, 6>;
+
+Six products(const Vec3& a) { return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z}; }
+
+/// Six numbers per local point, as two fields that the halo can exchange.
+struct TensorField {
+  std::vector<Vec3> diagonal, mixed;
+
+  explicit TensorField(const Cloud& cloud) : diagonal(cloud.local()), mixed(cloud.local()) {}
+  void update(const Halo& halo) {
+    halo.update(std::span<Vec3>(diagonal));
+    halo.update(std::span<Vec3>(mixed));
+  }
+  /// q : (tau_i + tau_j), the same bits for (j, i).
+  double sum_at(const Six& q, int i, int j) const {
+    const Vec3 d = diagonal[i] + diagonal[j], m = mixed[i] + mixed[j];
+    return q[0] * d.x + q[1] * d.y + q[2] * d.z + q[3] * m.x + q[4] * m.y + q[5] * m.z;
+  }
+  /// tau_i = z / d_i for owned points: the rows of the fit are scaled by 1 / d_i.
+  void set(const Cloud& cloud, std::span<const double> z) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double s = 1 / cloud.spacing[i], *t = z.data() + 6 * i;
+      diagonal[i] = {s * t[0], s * t[1], s * t[2]};
+      mixed[i] = {s * t[3], s * t[4], s * t[5]};
+    }
+    update(cloud.halo);
+  }
+};
+
+}  // namespace
+
+void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
+                  std::span<double> g) {
+  const auto& x = cloud.x;
+  std::vector<double> trace(g.size()), a(cloud.local(), 1.0), scaled(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = x[neighbours.column[n]] - x[i];
+      trace[n] = g[n] * dot(r, r);
+    }
+  }
+  for (int sweep = 0; sweep < sinkhorn_sweeps; ++sweep) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      double sum = 0;
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += trace[n] * a[neighbours.column[n]];
+      scaled[i] = std::sqrt(a[i] * (2 * cloud.dimension * volume[i] / sum));
+    }
+    std::copy(scaled.begin(), scaled.end(), a.begin());
+    cloud.halo.update(std::span<double>(a));
+  }
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) g[n] *= a[i] * a[neighbours.column[n]];
+  }
+}
+
+int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+  // Normal equations of the least change of g, in the metric of g, with soft rows:
+  //   (M g M^T + softness diag) z = rhs - M g,  M_i = x_ji (x) x_ji / d_i,  rhs_i = 2 V_i I / d_i.
+  const auto& x = cloud.x;
+  const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
+  const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
+  std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
+  for (int i = 0; i < cloud.owned; ++i) {
+    const double s = 1 / cloud.spacing[i];
+    double* R = rhs.data() + 6 * i;
+    double fourth = 0;
+    for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s;
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = x[neighbours.column[n]] - x[i];
+      const Six q = products(r);
+      for (int c = 0; c < 6; ++c) R[c] -= g[n] * q[c] * s;
+      fourth += g[n] * (dot(r, r) * s) * (dot(r, r) * s);
+    }
+    // The diagonal that neighbours alike in all directions would give, so that the fit turns with the body.
+    const int D = cloud.dimension;
+    for (int c = 0; c < 6; ++c) diagonal[6 * i + c] = fourth * (c < 3 ? 3.0 : 1.5) / (D * (D + 2));
+  }
+
+  TensorField tau(cloud);
+  const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
+    tau.set(cloud, p);
+    for (int i = 0; i < cloud.owned; ++i) {
+      Six sum = {};
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+        const int j = neighbours.column[n];
+        const Six q = products(x[j] - x[i]);
+        const double s = g[n] * tau.sum_at(q, i, j);
+        for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
+      }
+      for (int c = 0; c < 6; ++c) {
+        const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
+        y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
+      }
+    }
+  };
+  const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+    for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
+  };
+  // A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number of
+  // iterations makes the weights a continuous function of the cloud.
+  const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z,
+                                          {.relative = 1e-12, .absolute = 0, .iterations = 30});
+
+  tau.set(cloud, z);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      g[n] *= std::max(1 + tau.sum_at(products(x[j] - x[i]), i, j), floor_of_fit);
+    }
+  }
+  return solved.iterations;
+}
+
+}  // namespace calor

@@ -1,0 +1,423 @@
+#include "output/expect.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <optional>
+
+#include "base/parallel.hpp"
+#include "base/units.hpp"
+#include "case/where.hpp"
+#include "output/files.hpp"
+#include "output/reference.hpp"
+
+namespace calor {
+namespace {
+
+struct Tolerance {
+  double value;  // K, or percent
+  bool is_relative;
+};
+
+struct Result {
+  double error, value, reference;  // error in the unit of the tolerance; the other two only of probes
+};
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// One [[expect]] on temperatures.
+struct Comparison {
+  Table table;
+  int number;  // place in the case, from 1
+  std::string name;
+  bool is_steady;
+  std::vector<double> times;        // s; one without meaning where steady
+  std::vector<Tolerance> within;    // one, or one a time
+  std::vector<Tolerance> at_least;  // none, or as many
+  int probe = -1;
+  std::vector<int> points{};  // owned, unless a probe
+  std::optional<Function> value{};
+  std::optional<PointReference> reference{};
+  std::vector<double> probe_reference{};
+  std::vector<std::optional<Result>> results{};  // one a time
+
+  const Tolerance& tolerance(std::size_t k) const { return within[within.size() == 1 ? 0 : k]; }
+  bool passes(double error, std::size_t k) const {
+    const double least = at_least.empty() ? 0 : at_least[at_least.size() == 1 ? 0 : k].value;
+    return error >= least && error <= tolerance(k).value;
+  }
+};
+
+/// One [[expect]] on a number of the report.
+struct ReportBound {
+  std::string number;
+  bool is_upper;
+  double bound;
+  std::string name;
+};
+
+bool reached(double t, double at) { return std::abs(t - at) <= 1e-9 * std::max(std::abs(t), std::abs(at)); }
+
+/// Exactly one of the keys is written; returns it.
+std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose) {
+  std::string found;
+  for (const std::string& key : keys) {
+    if (!table.has(key) || (key == "field" && !table.flag(key))) continue;
+    if (!found.empty())
+      table.refuse(key, fmt::format("'{}' and '{}' in one [[expect]]", found, key), "keep one of the two");
+    found = key;
+  }
+  if (found.empty())
+    table.refuse("", "[[expect]] does not say " + purpose, fmt::format("add one of {}", fmt::join(keys, ", ")));
+  return found;
+}
+
+void refuse_others(const Table& table, const std::string& subject, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys)
+    if (table.has(key)) table.refuse(key, fmt::format("'{}' does not go with '{}'", key, subject), "leave it out");
+}
+
+std::vector<double> read_times(const Case& c, const Table& table) {
+  if (c.root().has("steady")) {
+    if (table.has("at")) table.refuse("at", "a steady case has no times", "leave 'at' out");
+    return {0};
+  }
+  const double end = c.section("time").number("end");
+  if (!table.has("at")) return {end};
+  const std::vector<double> times = table.numbers("at");
+  for (double t : times)
+    if (t < 0 || t > end * (1 + 1e-9))
+      table.refuse("at", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),
+                   "choose an earlier time, or a later end of [time]");
+  return times;
+}
+
+std::vector<Tolerance> read_differences(const Table& table, const std::string& key, std::size_t times) {
+  std::vector<Tolerance> out;
+  for (const auto& [value, unit] : table.quantities_with_units(key)) {
+    const bool is_relative = unit == "%";
+    try {
+      out.push_back({is_relative ? value : difference_to_si(value, unit, "K"), is_relative});
+    } catch (const std::invalid_argument& e) {
+      table.refuse(key, fmt::format("\"{} {}\" is no difference of temperatures: {}", value, unit, e.what()),
+                   "write it in K or in %, e.g. \"0.2 K\" or \"0.02 %\"");
+    }
+    if (!(out.back().value >= 0))
+      table.refuse(key, fmt::format("{} is negative", value), "the allowed difference is a positive number");
+  }
+  if (out.size() != 1 && out.size() != times)
+    table.refuse(key, fmt::format("{} differences for {} times", out.size(), times),
+                 "give one for all times, or one a time");
+  return out;
+}
+
+/// Largest or root-mean-square difference of distributed values. Collective.
+double difference(MPI_Comm comm, std::span<const double> T, std::span<const double> reference, const std::string& norm,
+                  const std::string& of, bool is_relative) {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, largest = 0;
+  for (double ref : reference) {
+    lowest = std::min(lowest, ref), highest = std::max(highest, ref);
+    largest = std::max(largest, std::abs(ref));
+  }
+  double scale = 1;
+  if (is_relative && of == "maximum") scale = max(comm, largest) / 100;
+  if (is_relative && of == "range") scale = (max(comm, highest) - min(comm, lowest)) / 100;
+
+  std::vector<double> squares(T.size());
+  double most = 0;
+  bool is_finite = true;
+  for (std::size_t i = 0; i < T.size(); ++i) {
+    double error = std::abs(T[i] - reference[i]);
+    const double by = is_relative && of == "value" ? std::abs(reference[i]) / 100 : scale;
+    error = error == 0 ? 0 : error / by;
+    is_finite = is_finite && std::isfinite(error);
+    most = std::max(most, error);
+    squares[i] = error * error;
+  }
+  const auto count = static_cast<double>(total(comm, static_cast<std::int64_t>(T.size())));
+  const double result = norm == "rms" ? std::sqrt(sum(comm, squares) / count) : max(comm, most);
+  return any(comm, !is_finite) ? nan : result;
+}
+
+double report_bound(const Table& table, const std::string& key) {
+  const auto written = table.quantities_with_units(key);
+  if (written.size() != 1 || !written[0].second.empty())
+    table.refuse(key, "the bound of a number of the report is one number without unit", "write it so, e.g. 1e-12");
+  return written[0].first;
+}
+
+}  // namespace
+
+struct Expectations::Parts {
+  const Cloud& cloud;
+  const Probes& probes;
+  std::string folder;
+  std::vector<Comparison> comparisons;
+  std::vector<ReportBound> bounds;
+  // What the k-th [[expect]] became: comparison or bounds, by their first index.
+  struct Entry {
+    bool is_report;
+    std::size_t first, count;
+  };
+  std::vector<Entry> entries;
+
+  void read_report(const Table& table);
+  void read_comparison(const Case& c, const Table& table, const std::string& subject);
+  std::vector<int> select(const Case& c, const Table& table, const std::string& subject) const;
+  void compare(Comparison& comparison, std::size_t k, std::span<const double> T) const;
+  void write(const Comparison& comparison, std::size_t k, const PointReference::Values& reference,
+             std::span<const double> T) const;
+};
+
+void Expectations::Parts::read_report(const Table& table) {
+  refuse_others(table, "report", {"at", "value", "reference", "column", "filter", "within", "norm", "of"});
+  const std::size_t first = bounds.size();
+  for (const std::string key : {"at_most", "at_least"}) {
+    if (!table.has(key)) continue;
+    const std::string number = table.text("report");
+    const std::string name = table.has("name")
+                                 ? table.text("name")
+                                 : fmt::format("{} {}", number, key == "at_most" ? "at most" : "at least");
+    bounds.push_back({number, key == "at_most", report_bound(table, key), name});
+  }
+  if (bounds.size() == first)
+    table.refuse("report", "[[expect]] with 'report' has no bound", "add at_most = 1e-12 or at_least = 1");
+  entries.push_back({true, first, bounds.size() - first});
+}
+
+std::vector<int> Expectations::Parts::select(const Case& c, const Table& table, const std::string& subject) const {
+  std::vector<char> is_selected(cloud.owned, true);
+  if (subject == "where") together(cloud.comm, [&] { is_selected = where(c, table, cloud.owned_points()); });
+  std::vector<int> points;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (is_selected[i]) points.push_back(i);
+  if (total(cloud.comm, static_cast<std::int64_t>(points.size())) == 0)
+    table.refuse(subject, fmt::format("'{}' selects no point of the cloud", table.text("where")),
+                 "allow for round-off: abs(y - 2) < 1e-9; lengths are in 'length', by default m");
+  return points;
+}
+
+void Expectations::Parts::read_comparison(const Case& c, const Table& table, const std::string& subject) {
+  refuse_others(table, subject, {"at_most"});
+  Comparison e{.table = table,
+               .number = static_cast<int>(entries.size()) + 1,
+               .name = {},
+               .is_steady = c.root().has("steady"),
+               .times = read_times(c, table),
+               .within = {},
+               .at_least = {}};
+  e.within = read_differences(table, "within", e.times.size());
+  if (table.has("at_least")) {
+    e.at_least = read_differences(table, "at_least", e.times.size());
+    if (e.at_least.size() != e.within.size() || e.at_least[0].is_relative != e.within[0].is_relative)
+      table.refuse("at_least", "'at_least' and 'within' do not match", "give as many numbers, in the same unit");
+  }
+  e.results.resize(e.times.size());
+  if (subject == "probe") {
+    const std::string name = table.text("probe");
+    const auto found = std::ranges::find(probes.names(), name);
+    if (found == probes.names().end()) {
+      const std::string near = nearest(name, probes.names());
+      table.refuse("probe", fmt::format("there is no probe '{}'", name),
+                   near.empty() ? fmt::format("the probes are: {}", fmt::join(probes.names(), ", "))
+                                : fmt::format("did you mean '{}'?", near));
+    }
+    refuse_others(table, "probe", {"norm"});
+    if (table.text("of") == "range") table.refuse("of", "a single value has no range", "leave 'of' out");
+    e.probe = static_cast<int>(found - probes.names().begin());
+  } else {
+    e.points = select(c, table, subject);
+  }
+
+  if (one_of(table, {"value", "reference"}, "what to compare with") == "value") {
+    refuse_others(table, "value", {"column", "filter"});
+    e.value = table.function("value");
+    if (e.value->depends_on_temperature())
+      table.refuse("value", "the expected temperature depends on T", "use x, y, z, r and t");
+  } else if (e.probe >= 0) {
+    together(cloud.comm, [&] { e.probe_reference = reference_values(table, e.times); });
+  } else {
+    e.reference.emplace(table, cloud, e.points, e.times);
+  }
+
+  if (table.has("name")) {
+    e.name = table.text("name");
+  } else {
+    e.name = subject == "probe"   ? "probe " + table.text("probe")
+             : subject == "where" ? "points with " + table.text("where")
+                                  : "all points";
+    if (e.reference || !e.probe_reference.empty())
+      e.name += ", " + std::filesystem::path(table.text("reference")).filename().string();
+  }
+  entries.push_back({false, comparisons.size(), 1});
+  comparisons.push_back(std::move(e));
+}
+
+void Expectations::Parts::compare(Comparison& e, std::size_t k, std::span<const double> T) const {
+  const double t = e.times[k];
+  const bool is_relative = e.tolerance(k).is_relative;
+  const std::string of = e.table.text("of");
+  if (e.probe >= 0) {
+    const double value = probes.sample(T)[e.probe];
+    const double reference = e.value ? (*e.value)(probes.places()[e.probe], t) : e.probe_reference[k];
+    const double error =
+        difference(MPI_COMM_SELF, std::span(&value, 1), std::span(&reference, 1), "max", of, is_relative);
+    e.results[k] = {error, value, reference};
+    return;
+  }
+  PointReference::Values reference;
+  if (e.value) {
+    reference.point = e.points;
+    reference.T.resize(e.points.size());
+    std::vector<Vec3> x;
+    for (int i : e.points) x.push_back(cloud.x[i]);
+    together(cloud.comm, [&] { e.value->evaluate({.x = x, .t = t}, reference.T); });
+  } else {
+    reference = e.reference->at(static_cast<int>(k), cloud, e.points);
+  }
+  std::vector<double> values;
+  for (int i : reference.point) values.push_back(T[i]);
+  e.results[k] = {difference(cloud.comm, values, reference.T, e.table.text("norm"), of, is_relative), nan, nan};
+  if (!folder.empty()) write(e, k, reference, T);
+}
+
+void Expectations::Parts::write(const Comparison& e, std::size_t k, const PointReference::Values& reference,
+                                std::span<const double> T) const {
+  const std::string time = e.is_steady ? "" : fmt::format("-{:g}", e.times[k]);
+  make_folder(cloud.comm, folder);
+  write_in_turns(cloud.comm, fmt::format("{}/expect-{}{}.csv", folder, e.number, time),
+                 "x [m],y [m],z [m],T [K],reference [K]", [&](std::FILE* file) {
+                   for (std::size_t n = 0; n < reference.point.size(); ++n) {
+                     const int i = reference.point[n];
+                     const Vec3& x = cloud.x[i];
+                     fmt::print(file, "{},{},{},{},{}\n", x.x, x.y, x.z, T[i], reference.T[n]);
+                   }
+                 });
+}
+
+Expectations::Expectations(const Case& c, const Cloud& cloud, const Probes& probes, const std::string& folder)
+    : parts_(new Parts{cloud, probes, folder, {}, {}, {}}) {
+  for (const Table& table : c.root().list("expect")) {
+    const std::string subject = one_of(table, {"probe", "field", "where", "report"}, "what it is about");
+    if (subject == "report")
+      parts_->read_report(table);
+    else
+      parts_->read_comparison(c, table, subject);
+  }
+}
+
+Expectations::~Expectations() = default;
+
+std::vector<double> Expectations::times() const {
+  std::vector<double> all;
+  for (const Comparison& e : parts_->comparisons)
+    if (!e.is_steady) all.insert(all.end(), e.times.begin(), e.times.end());
+  return all;
+}
+
+void Expectations::observe(double t, bool last, std::span<const double> T) {
+  for (Comparison& e : parts_->comparisons)
+    for (std::size_t k = 0; k < e.times.size(); ++k)
+      if (!e.results[k] && (reached(t, e.times[k]) || (last && t < e.times[k]) || e.is_steady))
+        parts_->compare(e, k, T);
+}
+
+std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& report) {
+  std::vector<Verdict> verdicts;
+  for (const Parts::Entry& entry : parts_->entries) {
+    if (entry.is_report) {
+      for (std::size_t n = entry.first; n < entry.first + entry.count; ++n) {
+        const ReportBound& b = parts_->bounds[n];
+        const auto found = report.find(b.number);
+        Verdict v{.what = b.name, .norm = "value", .unit = "", .error = nan, .tolerance = b.bound};
+        if (found == report.end()) {
+          std::vector<std::string> names;
+          for (const auto& [name, value] : report) names.push_back(name);
+          const std::string near = nearest(b.number, names);
+          v.what += near.empty() ? " (no such number in the report)" : fmt::format(" (did you mean {}?)", near);
+        } else {
+          v.error = v.value = found->second;
+          v.reference = b.bound;
+          v.passed = b.is_upper ? v.error <= b.bound : v.error >= b.bound;
+        }
+        verdicts.push_back(v);
+      }
+      continue;
+    }
+    const Comparison& e = parts_->comparisons[entry.first];
+    // One verdict for every tolerance; where one holds for several times, the worst of them counts.
+    const bool is_joint = e.within.size() == 1 && e.times.size() > 1;
+    for (std::size_t first = 0; first < e.within.size(); ++first) {
+      std::size_t k = first;
+      const auto error_at = [&](std::size_t n) { return e.results[n] ? e.results[n]->error : nan; };
+      if (is_joint)
+        for (std::size_t n = 0; n < e.times.size(); ++n)
+          if (!(error_at(n) <= error_at(k)) && !std::isnan(error_at(k))) k = n;
+      const Tolerance& tolerance = e.tolerance(k);
+      const Result result = e.results[k].value_or(Result{nan, nan, nan});
+      Verdict v{.what = e.name,
+                .norm = e.probe >= 0 ? "value" : e.table.text("norm"),
+                .unit = tolerance.is_relative ? "%" : "K",
+                .error = result.error,
+                .tolerance = tolerance.value,
+                .passed = e.passes(result.error, k),
+                .value = result.value,
+                .reference = result.reference};
+      if (is_joint)
+        v.what += fmt::format(" at {} times, worst at {:g} s", e.times.size(), e.times[k]);
+      else if (!e.is_steady)
+        v.what += fmt::format(" at {:g} s", e.times[k]);
+      if (!e.results[k]) v.what += " (never reached)";
+      if (e.table.has("source")) v.what += fmt::format(" ({})", e.table.text("source"));
+      verdicts.push_back(v);
+    }
+  }
+  return verdicts;
+}
+
+void declare_expect(Schema& schema) {
+  std::vector<Key> keys{
+      {"name", Kind::text, "", optional, "What the verdict is called; made from the other keys where absent."},
+      {"source", Kind::text, "", optional, "Where the expected number comes from."},
+      {"probe", Kind::text, "", optional, "Compare at this probe."},
+      {"field", Kind::flag, "", "false", "Compare at all points."},
+      {"report", Kind::text, "", optional, "Compare this number of report.json, by at_most and at_least."},
+      {"at", Kind::quantities, "s", optional, "Time or times of the comparison; the end where absent."},
+      {"value", Kind::function, "K", optional, "Expected temperature, a function of place and time."},
+      {"reference", Kind::text, "", optional,
+       "CSV file with expected temperatures, beside the case. With one column of coordinates (x, y, z or r) its rows "
+       "are "
+       "interpolated by cubics, with more they are matched to the points; a column t gives their times."},
+      {"column", Kind::text, "", "T", "Column of the reference file that holds the temperatures."},
+      {"within", Kind::raw_quantities, "", optional,
+       "Allowed difference in K or %: one, or one a time. One for several times is judged at the worst of them."},
+      {"norm",
+       Kind::choice,
+       "",
+       "max",
+       "Over the points compared: the largest difference or the root of its mean square.",
+       {"max", "rms"}},
+      {"of",
+       Kind::choice,
+       "",
+       "value",
+       "What a difference in % is relative to: the reference at the point, the largest reference, or the span of the "
+       "references.",
+       {"value", "maximum", "range"}},
+      {"at_most", Kind::raw_quantities, "", optional, "Upper bound of a number of the report."},
+      {"at_least", Kind::raw_quantities, "", optional,
+       "Lower bound of a number of the report, or of the difference, for errors that are known: like 'within'."},
+  };
+  for (Key& key : where_keys("Compare at the points where this formula of x, y, z and r is true."))
+    keys.push_back(std::move(key));
+  schema.add({.path = "expect[]", .sentence = "What the result is compared with.", .keys = std::move(keys)});
+  schema.add({.path = "expect[].filter",
+              .sentence = "Rows of the reference file in which these columns have these values.",
+              .keys = {{"*", Kind::number, "", optional, "Name of a column and its value, as written in the file."}}});
+}
+
+}  // namespace calor

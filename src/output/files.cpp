@@ -1,0 +1,82 @@
+#include "output/files.hpp"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+
+namespace calor {
+
+void refuse_writing(const std::string& path, int error) {
+  throw Error(Fault::file, Place{.file = path},
+              fmt::format("cannot be written{}{}", error ? ": " : "", error ? std::strerror(error) : ""),
+              "choose a folder that you may write to, on a disk with room left: -o FOLDER");
+}
+
+void make_folder(MPI_Comm comm, const std::string& folder) {
+  together(comm, [&] {
+    if (rank_of(comm) != 0 || folder.empty()) return;
+    std::error_code error;
+    std::filesystem::create_directories(folder, error);
+    if (error || !std::filesystem::is_directory(folder)) refuse_writing(folder, error.value());
+  });
+}
+
+void replace_file(const std::string& path, const std::string& text) {
+  const std::string draft = path + ".part";
+  std::FILE* file = std::fopen(draft.c_str(), "wb");
+  if (!file) refuse_writing(path, errno);
+  const bool is_written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
+  if (std::fclose(file) != 0 || !is_written || std::rename(draft.c_str(), path.c_str()) != 0)
+    refuse_writing(path, errno);
+}
+
+void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,
+                    const std::function<void(std::FILE*)>& rows) {
+  const int rank = rank_of(comm), last = size_of(comm) - 1;
+  constexpr int tag = 1;
+  int error = 0;  // travels with the turn: after a rank that failed nobody writes
+  if (rank > 0) MPI_Recv(&error, 1, MPI_INT, rank - 1, tag, comm, MPI_STATUS_IGNORE);
+  const bool is_my_turn = error == 0;
+  if (is_my_turn) {
+    std::FILE* file = std::fopen(path.c_str(), rank == 0 ? "w" : "a");
+    if (file) {
+      if (rank == 0) fmt::print(file, "{}\n", header);
+      rows(file);
+    }
+    if (!file || std::ferror(file) || std::fclose(file) != 0) error = errno ? errno : EIO;
+  }
+  if (rank < last) MPI_Send(&error, 1, MPI_INT, rank + 1, tag, comm);
+  together(comm, [&] {
+    if (error) refuse_writing(path, error);
+  });
+}
+
+CsvLog::CsvLog(MPI_Comm comm, const std::string& path, const std::string& header) : comm_(comm), path_(path) {
+  make_folder(comm, std::filesystem::path(path).parent_path());
+  together(comm, [&] {
+    if (rank_of(comm) != 0) return;
+    file_ = {std::fopen(path.c_str(), "w"), [](std::FILE* f) { f ? std::fclose(f) : 0; }};
+    if (!file_) refuse_writing(path, errno);
+    fmt::print(file_.get(), "{}\n", header);
+    if (std::fflush(file_.get()) != 0) refuse_writing(path, errno);
+  });
+}
+
+void CsvLog::row(std::span<const double> values) {
+  if (path_.empty()) return;
+  together(comm_, [&] {
+    if (!file_) return;
+    const char* comma = "";
+    for (double value : values) fmt::print(file_.get(), "{}{}", std::exchange(comma, ","), value);
+    std::fputc('\n', file_.get());
+    if (std::fflush(file_.get()) != 0) refuse_writing(path_, errno);
+  });
+}
+
+}  // namespace calor

@@ -1,0 +1,234 @@
+#include "output/probes.hpp"
+
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+/// A cloud point near a probe, as it travels between ranks.
+struct Candidate {
+  double distance;
+  std::int64_t id;
+  Vec3 x;
+  double spacing;
+  std::uint32_t on_faces;
+  int rank, point;
+};
+
+bool nearer(const Candidate& a, const Candidate& b) {
+  return a.distance != b.distance ? a.distance < b.distance : a.id < b.id;
+}
+
+/// The `most` points of the whole cloud next to p, nearest first, the same on every rank.
+std::vector<Candidate> nearest_points(const Cloud& cloud, const Vec3& p, int most) {
+  std::vector<Candidate> mine;  // a heap with the farthest on top
+  for (int i = 0; i < cloud.owned; ++i) {
+    const Candidate c{.distance = norm(cloud.x[i] - p),
+                      .id = cloud.id[i],
+                      .x = cloud.x[i],
+                      .spacing = cloud.spacing[i],
+                      .on_faces = cloud.on_faces[i],
+                      .rank = rank_of(cloud.comm),
+                      .point = i};
+    if (static_cast<int>(mine.size()) == most && !nearer(c, mine.front())) continue;
+    mine.push_back(c);
+    std::ranges::push_heap(mine, nearer);
+    if (static_cast<int>(mine.size()) <= most) continue;
+    std::ranges::pop_heap(mine, nearer);
+    mine.pop_back();
+  }
+  const int ranks = size_of(cloud.comm), bytes = static_cast<int>(mine.size() * sizeof(Candidate));
+  std::vector<int> count(ranks), start(ranks + 1, 0);
+  MPI_Allgather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, cloud.comm);
+  for (int r = 0; r < ranks; ++r) start[r + 1] = start[r] + count[r];
+  std::vector<Candidate> all(start[ranks] / sizeof(Candidate));
+  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), start.data(), MPI_BYTE, cloud.comm);
+  std::ranges::sort(all, nearer);
+  if (static_cast<int>(all.size()) > most) all.resize(most);
+  return all;
+}
+
+/// Does p lie behind the wall at the point next to it? A plane counts for as far as the points around that lie on the
+/// same face stay behind it (walls that curve inwards); p is outside when it lies beyond all planes of the point, or
+/// beyond one that no point around exceeds (not so at an inner edge). Collective.
+bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near) {
+  const Candidate& next = near.front();
+  int outside = 0;
+  if (next.rank == rank_of(cloud.comm)) {
+    int planes = 0, beyond = 0;
+    for (const Patch& patch : cloud.patches) {
+      if (patch.point != next.point) continue;
+      // The wall of a cell-centred cloud is half a cell away.
+      const double wall = cloud.points_on_walls ? 0 : 0.5 * cloud.full_volume[next.point] / patch.area;
+      double of_face = 0, of_any = 0;
+      for (const Candidate& c : near) {
+        if (norm(c.x - next.x) > 1.5 * next.spacing) continue;
+        const double excess = dot(c.x - next.x, patch.normal);
+        of_any = std::max(of_any, excess);
+        if (c.on_faces >> patch.face & 1) of_face = std::max(of_face, excess);
+      }
+      const double excess = dot(p - next.x, patch.normal) - wall;
+      ++planes;
+      if (excess <= 0.01 * next.spacing + 0.5 * of_face) continue;
+      ++beyond;
+      if (of_any < 0.5 * excess) outside = 1;
+    }
+    if (planes > 0 && beyond == planes) outside = 1;
+  }
+  MPI_Bcast(&outside, 1, MPI_INT, next.rank, cloud.comm);
+  return outside != 0;
+}
+
+/// Refuses a place outside the body. Collective.
+void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near, const std::string& name,
+                  const Place& in_case) {
+  const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * near.front().spacing;
+  if (!is_far && !is_behind_wall(cloud, p, near)) return;
+  std::string bounds;
+  for (int axis = 0; axis < cloud.dimension; ++axis) {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    for (const Vec3& x : cloud.owned_points()) low = std::min(low, x[axis]), high = std::max(high, x[axis]);
+    bounds += fmt::format("{}{} from {:g} to {:g} m", axis ? ", " : "", "xyz"[axis], min(cloud.comm, low),
+                          max(cloud.comm, high));
+  }
+  throw Error(Fault::bad_case, in_case,
+              fmt::format("probe '{}' at ({:g}, {:g}, {:g}) m lies outside the body", name, p.x, p.y, p.z),
+              "move it inside; the points of the body have " + bounds);
+}
+
+/// Exponents of the monomials up to the third degree, lowest degree first.
+std::vector<std::array<int, 3>> monomials(int dimension) {
+  std::vector<std::array<int, 3>> all;
+  for (int degree = 0; degree <= 3; ++degree)
+    for (int a = degree; a >= 0; --a)
+      for (int b = degree - a; b >= 0; --b) {
+        const int c = degree - a - b;
+        if ((dimension > 1 || b == 0) && (dimension > 2 || c == 0)) all.push_back({a, b, c});
+      }
+  return all;
+}
+
+/// Weights a of the points such that sum a_i f(x_i) = f(p) for every polynomial f of the third degree, with the least
+/// sum a_i^2 / w_i: moving least squares in dual form. Where the points do not determine a monomial (too few of them,
+/// few layers), or only with large weights of both signs, it is left out.
+std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, int dimension) {
+  const int n = static_cast<int>(near.size());
+  const double reach = near.back().distance;
+  // The weight vanishes at the farthest point, so that of several at the same distance none is preferred.
+  Eigen::VectorXd root_w(n);
+  for (int i = 0; i < n; ++i) root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 1.5);
+  if (n == 1) root_w[0] = 1;
+
+  Eigen::VectorXd best;
+  Eigen::MatrixXd rows(0, n);  // one per monomial: its values at the points
+  for (const auto& power : monomials(dimension)) {
+    Eigen::MatrixXd more(rows.rows() + 1, n);
+    more.topRows(rows.rows()) = rows;
+    for (int i = 0; i < n; ++i) {
+      const Vec3 s = 1 / (reach > 0 ? reach : 1) * (near[i].x - p);
+      double value = 1;
+      for (int axis = 0; axis < 3; ++axis)
+        for (int k = 0; k < power[axis]; ++k) value *= s[axis];
+      more(rows.rows(), i) = value;
+    }
+    // At p itself the constant is 1 and every other monomial 0.
+    const Eigen::VectorXd at_p = Eigen::VectorXd::Unit(more.rows(), 0);
+    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> system;
+    system.setThreshold(1e-9);
+    system.compute(more * root_w.asDiagonal());
+    const Eigen::VectorXd a = root_w.cwiseProduct(system.solve(at_p));
+    const bool is_exact = (more * a - at_p).lpNorm<Eigen::Infinity>() < 1e-12;
+    constexpr double largest_gain = 8;  // of errors in the points' values; in clouds as they should be it is below 3
+    if (!is_exact || a.lpNorm<1>() > largest_gain) continue;
+    rows = more;
+    best = a;
+  }
+  return {best.begin(), best.end()};
+}
+
+}  // namespace
+
+Probes::Probes(const Case& c, const Cloud& cloud) : comm_(cloud.comm), first_slot_{0} {
+  const Table section = c.section("probe");
+  for (const std::string& name : section.keys()) {
+    const std::vector<double> at = section.numbers(name);
+    if (name.find_first_of(",[]\"\n") != name.npos)
+      section.refuse(name, fmt::format("'{}' cannot be the name of a column", name), "leave out commas and brackets");
+    const bool fits = static_cast<int>(at.size()) >= cloud.dimension && at.size() <= 3;
+    if (!fits || std::any_of(at.begin() + cloud.dimension, at.end(), [](double x) { return x != 0; }))
+      section.refuse(
+          name,
+          fmt::format("probe '{}' has {} coordinates in a body of {} dimensions", name, at.size(), cloud.dimension),
+          fmt::format("give {} lengths; any further ones are 0", cloud.dimension));
+    Vec3 place;
+    for (std::size_t axis = 0; axis < at.size(); ++axis) place[static_cast<int>(axis)] = at[axis];
+    add(cloud, place, name, section.place(name));
+  }
+}
+
+Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places)
+    : comm_(cloud.comm), first_slot_{0} {
+  for (std::size_t p = 0; p < places.size(); ++p) add(cloud, places[p], names[p], {});
+}
+
+void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case) {
+  constexpr int most[] = {8, 30, 80};  // about three times the number of cubic monomials
+  std::vector<Candidate> near = nearest_points(cloud, place, most[cloud.dimension - 1]);
+  check_inside(cloud, place, near, name, in_case);
+  std::vector<double> weight{1};
+  if (near.front().distance <= 1e-9 * near.front().spacing)
+    near.resize(1);
+  else
+    weight = interpolation_weights(place, near, cloud.dimension);
+  const int first = first_slot_.back();
+  for (std::size_t i = 0; i < near.size(); ++i)
+    if (near[i].rank == rank_of(comm_))
+      entries_.push_back({.slot = first + static_cast<int>(i), .point = near[i].point, .weight = weight[i]});
+  first_slot_.push_back(first + static_cast<int>(near.size()));
+  names_.push_back(name);
+  places_.push_back(place);
+}
+
+std::vector<double> Probes::sample(std::span<const double> field) const {
+  std::vector<double> products(first_slot_.back(), 0);
+  for (const Entry& e : entries_) products[e.slot] = e.weight * field[e.point];
+  // Every product comes from one rank, all others add zero: nothing is rounded here.
+  MPI_Allreduce(MPI_IN_PLACE, products.data(), first_slot_.back(), MPI_DOUBLE, MPI_SUM, comm_);
+  std::vector<double> values(names_.size(), 0);
+  for (std::size_t p = 0; p < values.size(); ++p)
+    for (int s = first_slot_[p]; s < first_slot_[p + 1]; ++s) values[p] += products[s];
+  return values;
+}
+
+ProbeLog::ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder) : probes_(probes) {
+  if (folder.empty() || probes.names().empty()) return;
+  std::string header = "time [s]";
+  for (const std::string& name : probes.names()) header += "," + name + " [K]";
+  log_ = CsvLog(comm, folder + "/probes.csv", header);
+}
+
+void ProbeLog::record(double t, std::span<const double> T) {
+  std::vector<double> row = probes_.sample(T);
+  row.insert(row.begin(), t);
+  log_.row(row);
+}
+
+void declare_probes(Schema& schema) {
+  schema.add({.path = "probe",
+              .sentence = "Places whose temperature is written to probes.csv, any names.",
+              .keys = {{.name = "*",
+                        .kind = Kind::quantities,
+                        .unit = "m",
+                        .fallback = optional,
+                        .sentence = "Where the probe is; it need not sit on a point of the cloud."}}});
+}
+
+}  // namespace calor

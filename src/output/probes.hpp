@@ -1,0 +1,56 @@
+#pragma once
+// Temperatures at given places, interpolated from the nearest points (cubic where the points allow).
+#include <span>
+#include <string>
+#include <vector>
+
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+#include "output/files.hpp"
+
+namespace calor {
+
+class Probes {
+ public:
+  /// Probes of [probe]. Refuses a probe outside the body. Collective.
+  Probes(const Case& c, const Cloud& cloud);
+  /// At given places (m), for other users. Collective.
+  Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places);
+
+  const std::vector<std::string>& names() const { return names_; }
+  const std::vector<Vec3>& places() const { return places_; }
+  /// One value per probe from a field of the owned points, on every rank; the same bits on any number of ranks.
+  /// Collective.
+  std::vector<double> sample(std::span<const double> field) const;
+
+ private:
+  void add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case);
+
+  std::vector<std::string> names_;
+  std::vector<Vec3> places_;
+  MPI_Comm comm_;
+  struct Entry {
+    int slot;   // place among the products of all probes, in the order they are summed
+    int point;  // owned point of this rank
+    double weight;
+  };
+  std::vector<Entry> entries_;
+  std::vector<int> first_slot_;  // of every probe, and the number of all slots
+};
+
+/// probes.csv: a row of probe temperatures a time. Only rank 0 writes; every row is on disk when record returns.
+class ProbeLog {
+ public:
+  /// Empty folder or no probes: writes nothing. Throws Error(file). Collective.
+  ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder);
+  void record(double t, std::span<const double> T);  ///< T: owned points. Collective.
+
+ private:
+  const Probes& probes_;
+  CsvLog log_;
+};
+
+void declare_probes(Schema& schema);
+
+}  // namespace calor

@@ -1,0 +1,75 @@
+#include "output/report.hpp"
+
+#include <fmt/format.h>
+#include <petscversion.h>
+
+#include <algorithm>
+
+#include "base/parallel.hpp"
+#include "case/json.hpp"
+#include "output/files.hpp"
+
+namespace calor {
+namespace {
+
+std::string mpi_version() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING];
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  const std::string whole(text, static_cast<std::size_t>(length));
+  return whole.substr(0, whole.find_first_of(",\n"));
+}
+
+std::string json(const Verdict& v) {
+  return fmt::format(
+      R"({{"what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}, "value": {}, "reference": {}}})",
+      json_string(v.what), json_string(v.norm), json_string(v.unit), json_number(v.error), json_number(v.tolerance),
+      v.passed, json_number(v.value), json_number(v.reference));
+}
+
+/// `"name": value` a line, as an object.
+std::string object(const std::vector<std::pair<std::string, std::string>>& members) {
+  std::string text;
+  for (const auto& [name, value] : members)
+    text += fmt::format("{}\n    {}: {}", text.empty() ? "" : ",", json_string(name), value);
+  return "{" + text + "\n  }";
+}
+
+}  // namespace
+
+void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const std::map<std::string, double>& numbers,
+                  const std::map<std::string, std::string>& texts, const Phases& phases,
+                  const std::vector<Verdict>& verdicts) {
+  if (folder.empty()) return;
+  std::vector<std::pair<std::string, std::string>> counted, timed;
+  for (const auto& [name, value] : numbers) counted.emplace_back(name, json_number(value));
+  for (const auto& [name, timing] : phases.timings()) {
+    const double wall = max(comm, timing.wall), cpu = sum(comm, std::span(&timing.cpu, 1));
+    timed.emplace_back(name, fmt::format(R"({{"wall": {}, "cpu": {}}})", json_number(wall), json_number(cpu)));
+  }
+  std::string list;
+  for (const Verdict& v : verdicts) list += fmt::format("{}\n    {}", list.empty() ? "" : ",", json(v));
+
+  const std::string petsc = fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
+  std::string text = fmt::format("{{\n  \"name\": {},\n", json_string(c.name()));
+  for (const auto& [name, value] : texts) text += fmt::format("  {}: {},\n", json_string(name), json_string(value));
+  text += fmt::format(
+      "  \"versions\": {},\n  \"numbers\": {},\n  \"seconds\": {},\n",
+      object(
+          {{"calor", json_string(CALOR_VERSION)}, {"petsc", json_string(petsc)}, {"mpi", json_string(mpi_version())}}),
+      object(counted), object(timed));
+  text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n",
+                      std::ranges::all_of(verdicts, &Verdict::passed), list.empty() ? "" : list + "\n  ", c.json());
+  make_folder(comm, folder);
+  together(comm, [&] {
+    if (rank_of(comm) == 0) replace_file(folder + "/report.json", text);
+  });
+}
+
+std::string line(const Verdict& v) {
+  const std::string unit = v.unit.empty() ? "" : " " + v.unit;
+  return fmt::format("{}  {}: {} {:.3g}{} of {:.3g}{}", v.passed ? "ok  " : "FAIL", v.what, v.norm, v.error, unit,
+                     v.tolerance, unit);
+}
+
+}  // namespace calor

@@ -1,0 +1,57 @@
+// Explicit Euler: E_new = E + dt F(t, T).
+#include <algorithm>
+#include <limits>
+
+#include "solve/integrators.hpp"
+
+namespace calor {
+namespace {
+
+class Euler final : public Marcher {
+ public:
+  using Marcher::Marcher;
+  std::string name() const override { return "euler"; }
+
+ private:
+  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool /*fresh*/,
+             const AfterStep& after_step) override {
+    F_.resize(state.E.size());
+    power_.resize(state.exchanged.size());
+    if (options_.step) {
+      const EqualSteps steps(state.t, stretch.end(), *options_.step);
+      for (long n = 1; n <= steps.count(); ++n)
+        if (!step(system, state, stretch, steps.step(), steps.time(n), after_step)) return false;
+      return true;
+    }
+    const bool bound_is_constant = system.jacobian_is_constant();
+    double bound = 0;
+    while (state.t < stretch.end()) {
+      if (bound == 0 || !bound_is_constant) bound = system.rate_bound(stretch.data_time(state.t), state.T);
+      const double stable = bound > 0 ? options_.safety * 2 / bound : std::numeric_limits<double>::infinity();
+      // Equal steps over what is left: the last one is not a splinter.
+      const EqualSteps steps(state.t, stretch.end(), stable);
+      if (!step(system, state, stretch, steps.step(), steps.time(1), after_step)) return false;
+    }
+    return true;
+  }
+
+  bool step(const HeatSystem& system, State& state, const Stretch& stretch, double dt, double t_new,
+            const AfterStep& after_step) {
+    system.rate(stretch.data_time(state.t), state.T, F_, power_);
+    ++counts.rate_evaluations;
+    for (std::size_t i = 0; i < F_.size(); ++i) state.E[i] += dt * F_[i];
+    for (std::size_t a = 0; a < power_.size(); ++a) state.exchanged[a] += dt * power_[a];
+    state.t = t_new;
+    system.temperature(state.E, state.T);
+    system.impose(stretch.data_time(t_new), state.T, state.E, state.exchanged);
+    return accept(system, state, dt, after_step);
+  }
+
+  std::vector<double> F_, power_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_euler(const StepOptions& options) { return std::make_unique<Euler>(options); }
+
+}  // namespace calor

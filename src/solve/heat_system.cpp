@@ -1,0 +1,229 @@
+#include "solve/heat_system.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "base/parallel.hpp"
+#include "solve/heat_system_parts.hpp"
+
+namespace calor {
+
+HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, MaterialField material_,
+                         Conditions conditions_, std::vector<std::unique_ptr<Source>> sources_)
+    : cloud(cloud),
+      sites(std::move(sites_)),
+      material(std::move(material_)),
+      conditions(std::move(conditions_)),
+      sources(std::move(sources_)),
+      accounts(conditions.accounts),
+      role(cloud.local(), Role::free),
+      k_(cloud.local()) {
+  for (const auto& source : sources) accounts.push_back(source->name);
+
+  std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
+  for (const PrescribedTerm& term : conditions.temperatures)
+    for (int i : term.point) is_prescribed[i] = 1;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (is_prescribed[i] != 0) prescribed.push_back(i);
+  for (const PrescribedTerm& term : conditions.temperatures) {
+    prescribed_is_constant = prescribed_is_constant && !term.temperature.depends_on_time();
+    std::vector<int>& at = place.emplace_back();
+    for (int i : term.point)
+      at.push_back(static_cast<int>(std::ranges::lower_bound(prescribed, i) - prescribed.begin()));
+  }
+  held_E.resize(prescribed.size());
+  cloud.halo.update(is_prescribed);
+
+  std::vector<double> is_wall(cloud.local());
+  if (const WallRows* rows = sites->wall_rows()) {
+    std::vector<char> active(rows->point.size());
+    for (std::size_t n = 0; n < active.size(); ++n) active[n] = is_prescribed[rows->point[n]] == 0;
+    for (std::size_t n = 0; n < active.size(); ++n) is_wall[rows->point[n]] = active[n];
+    if (any(cloud.comm, std::ranges::count(active, 1) > 0))
+      walls = std::make_unique<AlgebraicWalls>(cloud, *rows, conditions.fluxes, std::move(active));
+  }
+  cloud.halo.update(is_wall);
+  for (int i = 0; i < cloud.local(); ++i)
+    role[i] = is_prescribed[i] != 0 ? Role::prescribed : is_wall[i] != 0 ? Role::wall : Role::free;
+}
+
+Conductivity HeatSystem::Parts::conductivity(double t, std::span<const double> T, For purpose) {
+  const bool by_theta = material.mean() == Mean::integral, depends_on_T = material.conductivity_depends_on_T();
+  if (by_theta && purpose == For::rate) {
+    theta_.resize(k_.size());
+    material.theta(T, theta_);
+    return {.mean = Mean::integral, .k = {}, .dk_dT = {}, .theta = theta_};
+  }
+  // With the integral mean dF/dT has no term in dk/dT, but algebraic wall rows have one.
+  const bool with_derivative = purpose == For::jacobian && depends_on_T && (!by_theta || walls);
+  if (with_derivative) dk_dT_.resize(k_.size());
+  const std::span<double> dk_dT = with_derivative ? std::span<double>(dk_dT_) : std::span<double>();
+  if (!k_is_known_) material.conductivity(t, T, k_, dk_dT);
+  k_is_known_ = !depends_on_T && !material.conductivity_depends_on_time();
+  return {.mean = material.mean(), .k = k_, .dk_dT = dk_dT, .theta = {}};
+}
+
+void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<double> F, std::span<double> power) {
+  sites->add_rate(conductivity(t, T, For::rate), T, F);
+  for_each_surface_term(t, T, false, [&](std::size_t, const SurfaceTerm& term, std::span<const double> q) {
+    double total = 0;
+    for (std::size_t p = 0; p < q.size(); ++p) {
+      const double heat = q[p] * term.area[p];
+      F[term.point[p]] += heat;
+      total += heat;
+    }
+    power[term.account] += total;
+  });
+  for (std::size_t s = 0; s < sources.size(); ++s) {
+    source_power_.assign(cloud.owned, 0);
+    sources[s]->add_power(t, T.first(cloud.owned), source_power_);
+    double total = 0;
+    for (int i = 0; i < cloud.owned; ++i) {
+      F[i] += source_power_[i];
+      total += source_power_[i];
+    }
+    power[conditions.accounts.size() + s] += total;
+  }
+}
+
+void HeatSystem::Parts::add_exchange_derivative(double t, std::span<const double> T, std::span<double> diagonal) {
+  for_each_surface_term(t, T, true, [&](std::size_t, const SurfaceTerm& term, std::span<const double> dq_dT) {
+    for (std::size_t p = 0; p < dq_dT.size(); ++p) diagonal[term.point[p]] += dq_dT[p] * term.area[p];
+  });
+  for (const auto& source : sources)
+    if (source->depends_on_temperature()) source->add_derivative(t, T.first(cloud.owned), diagonal);
+}
+
+HeatSystem::HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material,
+                       Conditions conditions, std::vector<std::unique_ptr<Source>> sources)
+    : parts_(std::make_unique<Parts>(cloud, std::move(sites), std::move(material), std::move(conditions),
+                                     std::move(sources))) {}
+
+HeatSystem::~HeatSystem() = default;
+
+const Cloud& HeatSystem::cloud() const { return parts_->cloud; }
+const FluxSites& HeatSystem::sites() const { return *parts_->sites; }
+const MaterialField& HeatSystem::material() const { return parts_->material; }
+const std::vector<std::string>& HeatSystem::accounts() const { return parts_->accounts; }
+int HeatSystem::boundary_accounts() const { return static_cast<int>(parts_->conditions.accounts.size()); }
+std::span<const int> HeatSystem::prescribed() const { return parts_->prescribed; }
+bool HeatSystem::has_algebraic_walls() const { return parts_->walls != nullptr; }
+
+State HeatSystem::start(double t, std::span<const double> T_owned) const {
+  const Cloud& cloud = parts_->cloud;
+  State state{.t = t, .E = std::vector<double>(cloud.owned), .T = {}, .exchanged = {}};
+  state.T.assign(T_owned.begin(), T_owned.end());
+  state.T.resize(cloud.local());
+  state.exchanged.resize(parts_->accounts.size());
+  cloud.halo.update(state.T);
+  energy(state.T, state.E);
+  return state;
+}
+
+void HeatSystem::rate(double t, std::span<double> T, std::span<double> F, std::span<double> power) const {
+  parts_->cloud.halo.update(T);
+  std::ranges::fill(F, 0);
+  std::ranges::fill(power, 0);
+  together(parts_->cloud.comm, [&] { parts_->add_rate(t, T, F, power); });
+  if (!parts_->walls) return;
+  for (int i = 0; i < parts_->cloud.owned; ++i)
+    if (parts_->role[i] == Role::wall) F[i] = 0;
+}
+
+void HeatSystem::energy(std::span<const double> T, std::span<double> E) const {
+  const Cloud& cloud = parts_->cloud;
+  together(cloud.comm, [&] { parts_->material.enthalpy(T.first(cloud.owned), E, {}); });
+  for (int i = 0; i < cloud.owned; ++i) E[i] = parts_->role[i] == Role::wall ? 0 : cloud.volume[i] * E[i];
+}
+
+void HeatSystem::capacity(std::span<const double> T, std::span<double> C) const {
+  const Cloud& cloud = parts_->cloud;
+  together(cloud.comm, [&] { parts_->material.enthalpy(T.first(cloud.owned), {}, C); });
+  for (int i = 0; i < cloud.owned; ++i) C[i] = parts_->role[i] == Role::wall ? 0 : cloud.volume[i] * C[i];
+}
+
+void HeatSystem::temperature(std::span<const double> E, std::span<double> T) const {
+  const Cloud& cloud = parts_->cloud;
+  auto& H = parts_->scratch;
+  H.resize(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) H[i] = E[i] / cloud.volume[i];
+  // Prescribed points keep their temperature: before the wall's reaction is booked, what F alone would make of them can
+  // lie far outside the material's range. So do algebraic wall points, which hold no heat.
+  auto& kept = parts_->kept_T;
+  kept.clear();
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (parts_->role[i] == Role::free) continue;
+    kept.push_back(T[i]);
+    H[i] = 0;
+  }
+  together(cloud.comm, [&] { parts_->material.temperature(H, T); });
+  auto value = kept.begin();
+  for (int i = 0; i < cloud.owned; ++i)
+    if (parts_->role[i] != Role::free) T[i] = *value++;
+}
+
+void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
+  std::vector<double> power(parts_->accounts.size());
+  rate(t, T, R, power);
+  for (int i : parts_->prescribed) R[i] = 0;
+  if (parts_->walls) parts_->add_wall_residual(t, T, R);
+}
+
+void HeatSystem::heat_flux(double t, std::span<double> T, std::span<Vec3> q) const {
+  parts_->cloud.halo.update(T);
+  std::ranges::fill(q, Vec3{});
+  together(parts_->cloud.comm, [&] { parts_->sites->heat_flux(parts_->conductivity(t, T, Parts::For::rate), T, q); });
+}
+
+std::vector<double> HeatSystem::breaks() const {
+  std::vector<double> all;
+  const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
+  for (const SurfaceTerm& term : parts_->conditions.fluxes) add(term.flux->breaks());
+  for (const PrescribedTerm& term : parts_->conditions.temperatures) add(term.temperature.breaks());
+  for (const auto& source : parts_->sources) add(source->breaks());
+  std::ranges::sort(all);
+  all.erase(std::ranges::unique(all).begin(), all.end());
+  return all;
+}
+
+bool HeatSystem::level_is_fixed() const {
+  bool fixed = !parts_->prescribed.empty();
+  for (const SurfaceTerm& term : parts_->conditions.fluxes)
+    fixed = fixed || (term.flux->depends_on_temperature() && !term.point.empty());
+  return any(parts_->cloud.comm, fixed);
+}
+
+double HeatSystem::temperature_span(double t, std::span<const double> T) const {
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  const auto see = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
+  std::ranges::for_each(T.first(parts_->cloud.owned), see);
+  together(parts_->cloud.comm, [&] {
+    for (const PrescribedTerm& term : parts_->conditions.temperatures) {
+      std::vector<double> wall(term.x.size());
+      term.temperature.evaluate({.x = term.x, .t = t}, wall);
+      std::ranges::for_each(wall, see);
+    }
+    for (const SurfaceTerm& term : parts_->conditions.fluxes) std::ranges::for_each(term.flux->ambient(term.x, t), see);
+  });
+  return max(parts_->cloud.comm, high) - min(parts_->cloud.comm, low);
+}
+
+void HeatSystem::require_finite(double t, std::span<const double> T) const {
+  const Cloud& cloud = parts_->cloud;
+  together(cloud.comm, [&] {
+    for (int i = 0; i < cloud.owned; ++i) {
+      if (std::isfinite(T[i])) continue;
+      const Vec3& x = cloud.x[i];
+      throw Error(Fault::numbers,
+                  fmt::format("the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {} at t = {:.6g} s",
+                              cloud.id[i], x.x, x.y, x.z, T[i], t),
+                  "take a smaller [time] step, or an integrator that chooses it");
+    }
+  });
+}
+
+}  // namespace calor

@@ -1,0 +1,96 @@
+#pragma once
+// The semi-discrete heat equation dE/dt = F(t, T): residual, Jacobian, capacity, enthalpy. It knows no time stepping,
+// and no method beyond its flux sites.
+#include <petscmat.h>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "boundary/conditions.hpp"
+#include "cloud/cloud.hpp"
+#include "material/material_field.hpp"
+#include "method/flux_sites.hpp"
+#include "source/source.hpp"
+
+namespace calor {
+
+/// What a run carries from step to step; everything else can be computed from it.
+struct State {
+  double t = 0;
+  std::vector<double> E;          ///< enthalpy of the owned points above the reference temperature, J
+  std::vector<double> T;          ///< temperature of the local points (ghosts may be stale), K
+  std::vector<double> exchanged;  ///< heat that came in by each account since the start, J; this rank's share
+};
+
+class HeatSystem {
+ public:
+  HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material, Conditions conditions,
+             std::vector<std::unique_ptr<Source>> sources);
+  ~HeatSystem();
+
+  const Cloud& cloud() const;
+  const FluxSites& sites() const;
+  const MaterialField& material() const;
+  /// Names of what heat comes in by: boundaries, then sources.
+  const std::vector<std::string>& accounts() const;
+  int boundary_accounts() const;  ///< how many of the accounts are boundaries; the rest are sources
+
+  /// State at time t from temperatures of the owned points; walls are not yet imposed.
+  State start(double t, std::span<const double> T_owned) const;
+
+  /// F_i = net heat into every owned point by conduction, wall fluxes and sources, W (prescribed points too: without
+  /// their reaction; 0 at algebraic wall points); power[a] = this rank's share by account a, W, without reactions.
+  /// Updates the ghosts of T. Collective; throws Error on all ranks alike.
+  void rate(double t, std::span<double> T, std::span<double> F, std::span<double> power) const;
+
+  void energy(std::span<const double> T, std::span<double> E) const;       ///< owned points, J
+  void capacity(std::span<const double> T, std::span<double> C) const;     ///< dE/dT, owned points, J/K
+  void temperature(std::span<const double> E, std::span<double> T) const;  ///< inverse of energy; T holds a guess
+
+  /// Sets prescribed points to their temperature at time t, books the heat that this takes (the reaction) and solves
+  /// algebraic wall rows. Call it at t = 0 and after every stage or step that advanced E by F. Collective.
+  void impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const;
+  /// Owned points with prescribed temperature, ascending, and their temperature at time t.
+  std::span<const int> prescribed() const;
+  void prescribed_temperatures(double t, std::span<double> T) const;  ///< writes T at those points only
+
+  /// F as a residual for Newton: prescribed points give 0, algebraic wall points their row (W).
+  void residual(double t, std::span<double> T, std::span<double> R) const;
+  /// An AIJ matrix with the right pattern and layout; the caller owns it.
+  Mat create_jacobian() const;
+  /// J = capacity_factor * dE/dT - rate_factor * d residual / dT; identity rows (and empty columns) at prescribed
+  /// points. Exact. Collective.
+  void jacobian(double t, std::span<double> T, double capacity_factor, double rate_factor, Mat J) const;
+  bool jacobian_is_constant() const;  ///< nothing depends on T (and k not on time)
+  bool jacobian_is_symmetric() const;
+
+  /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/dT) at (t, T), 1/s: explicit Euler is stable for
+  /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
+  double rate_bound(double t, std::span<double> T) const;
+  /// The largest eigenvalue itself (from below, within a percent). Collective.
+  double largest_rate(double t, std::span<double> T) const;
+
+  /// Heat flux vector at the owned points, W/m^2. Collective.
+  void heat_flux(double t, std::span<double> T, std::span<Vec3> q) const;
+
+  /// Times at which data jump or have kinks, sorted.
+  std::vector<double> breaks() const;
+  bool has_algebraic_walls() const;
+  /// Highest less lowest temperature of body, walls and ambients at time t, K. Collective.
+  double temperature_span(double t, std::span<const double> T) const;
+  /// Throws Error(numbers) that names a point whose temperature is not finite. Collective.
+  void require_finite(double t, std::span<const double> T) const;
+  /// Anything that fixes the level of a steady temperature (prescribed temperature, convection, radiation)? Collective.
+  bool level_is_fixed() const;
+
+ private:
+  struct Parts;
+  /// The Jacobian; without `exact` the derivative of k is left out.
+  void assemble(double t, std::span<double> T, double capacity_factor, double rate_factor, bool exact, Mat J) const;
+
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace calor

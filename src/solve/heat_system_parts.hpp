@@ -1,0 +1,85 @@
+#pragma once
+// What a HeatSystem is made of; shared by the files that implement it, not part of the library's interface.
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "solve/heat_system.hpp"
+#include "solve/wall_rows.hpp"
+
+namespace calor {
+
+/// How the temperature of a point follows.
+enum class Role : char {
+  free,        ///< from its heat balance
+  prescribed,  ///< given
+  wall         ///< from an algebraic wall row; the point holds no heat
+};
+
+struct HeatSystem::Parts {
+  Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material, Conditions conditions,
+        std::vector<std::unique_ptr<Source>> sources);
+
+  const Cloud& cloud;
+  std::unique_ptr<FluxSites> sites;
+  MaterialField material;
+  Conditions conditions;
+  std::vector<std::unique_ptr<Source>> sources;
+
+  std::vector<std::string> accounts;
+  std::vector<Role> role;       ///< of all local points
+  std::vector<int> prescribed;  ///< owned points, ascending
+  std::unique_ptr<AlgebraicWalls> walls;
+
+  /// Conductivity at all local points at (t, T), T with valid ghosts: theta or k for the rate and the flux vector, k
+  /// for bounds, k and dk/dT for Jacobians. Not collective: may throw on one rank alone.
+  enum class For { rate, bound, jacobian };
+  Conductivity conductivity(double t, std::span<const double> T, For purpose);
+
+  /// Conduction, surface fluxes and sources, without halo update. Not collective.
+  void add_rate(double t, std::span<const double> T, std::span<double> F, std::span<double> power);
+  /// diagonal[i] += d/dT of surface fluxes and sources into point i, W/K. Not collective.
+  void add_exchange_derivative(double t, std::span<const double> T, std::span<double> diagonal);
+
+  /// Fills held_E with the enthalpies of the prescribed points at T. Not collective.
+  void hold_prescribed(std::span<const double> T);
+
+  // Algebraic wall rows.
+  void add_wall_residual(double t, std::span<const double> T, std::span<double> R);  ///< Not collective.
+  void solve_walls(double t, std::span<double> T);                                   ///< Collective.
+  /// Heat fluxes into the wall rows' points, summed over faces, W/m^2, or their derivatives; all owned points.
+  std::span<const double> wall_exchange(double t, std::span<const double> T, bool derivative);
+
+  std::vector<double> held_T, held_E;  ///< of `prescribed`, K, J
+  bool prescribed_is_held = false;     ///< for good: the walls do not change in time
+  bool prescribed_is_constant = true;
+  std::vector<std::vector<int>> place;  ///< for every prescribed term: where its points are in `prescribed`
+
+  std::vector<double> scratch, kept_T;
+
+ private:
+  /// Calls use(f, term, q) with the fluxes of surface term f, W/m^2, or dq/dT; one value a patch.
+  template <class Use>
+  void for_each_surface_term(double t, std::span<const double> T, bool derivative, const Use& use);
+
+  std::vector<double> k_, dk_dT_, theta_;
+  bool k_is_known_ = false;  ///< and does not change
+  std::vector<double> surface_T_, surface_q_, surface_dq_, source_power_, wall_exchange_[2];
+  std::vector<double> base_T_, base_E_, base_C_;  ///< of `prescribed`, where the capacity is constant
+};
+
+template <class Use>
+void HeatSystem::Parts::for_each_surface_term(double t, std::span<const double> T, bool derivative, const Use& use) {
+  for (std::size_t f = 0; f < conditions.fluxes.size(); ++f) {
+    const SurfaceTerm& term = conditions.fluxes[f];
+    const std::size_t n = term.point.size();
+    if (n == 0) continue;
+    surface_T_.resize(n), surface_q_.resize(n), surface_dq_.resize(n);
+    for (std::size_t p = 0; p < n; ++p) surface_T_[p] = T[term.point[p]];
+    const std::span<double> dq_dT = derivative ? std::span<double>(surface_dq_) : std::span<double>();
+    term.flux->evaluate({.x = term.x, .t = t, .T = surface_T_}, surface_q_, dq_dT);
+    use(f, term, std::span<const double>(derivative ? surface_dq_ : surface_q_));
+  }
+}
+
+}  // namespace calor

@@ -1,0 +1,99 @@
+#include "solve/implicit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+
+StageSolver::StageSolver(const HeatSystem& system)
+    : system_(system),
+      newton_(system,
+              {.residual =
+                   [this](std::span<double> T, std::span<double> R) {
+                     system_.energy(T, R);
+                     system_.residual(t_, T, F_);
+                     for (std::size_t i = 0; i < R.size(); ++i) R[i] -= gamma_dt_ * F_[i] + known_[i];
+                     for (int i : system_.prescribed()) R[i] = 0;
+                   },
+               .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); }},
+              false),
+      F_(system.cloud().owned),
+      tolerance_(system.cloud().owned) {
+  newton_.always_renew(false);
+}
+
+bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
+                        StepCounts& counts) {
+  constexpr int most_iterations = 25;
+  constexpr double round_off = 8 * std::numeric_limits<double>::epsilon(), least = 1e-13;
+  const bool is_constant = system_.jacobian_is_constant();
+  if (std::abs(gamma_dt - gamma_dt_) > 1e-12 * gamma_dt) newton_.renew_jacobian();
+  t_ = t, gamma_dt_ = gamma_dt, known_ = known;
+  system_.prescribed_temperatures(t, T);
+  if (rate_bound_ == 0 || !is_constant) rate_bound_ = system_.rate_bound(t, T);
+
+  const std::size_t owned = known.size();
+  double hottest = 0;
+  for (std::size_t i = 0; i < owned; ++i) hottest = std::max(hottest, std::abs(T[i]));
+  hottest = max(system_.cloud().comm, hottest);
+  const double reachable = std::max({tolerance, round_off * hottest * (1 + gamma_dt * rate_bound_), least});
+  system_.capacity(T, tolerance_);
+  for (double& value : tolerance_) value *= reachable;
+
+  const Newton::Result result = newton_.solve(T, tolerance_, most_iterations);
+  counts.newton_iterations += result.iterations;
+  counts.linear_iterations += result.linear_iterations;
+  return result.converged;
+}
+
+void ImplicitMarcher::prepare(const HeatSystem& system, const State& state) {
+  if (!solver_) solver_ = std::make_unique<StageSolver>(system);
+  known_.resize(state.E.size());
+  T_ = state.T;
+}
+
+void ImplicitMarcher::evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate) {
+  rate.F.resize(system.cloud().owned);
+  rate.power.resize(system.accounts().size());
+  system.rate(t, T, rate.F, rate.power);
+  ++counts.rate_evaluations;
+}
+
+bool ImplicitMarcher::solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+                                  const std::vector<Weighted>& rates, double tolerance, Rate& rate) {
+  std::ranges::copy(E0, known_.begin());
+  for (const Weighted& r : rates)
+    for (std::size_t i = 0; i < known_.size(); ++i) known_[i] += r.weight * r.rate.F[i];
+  if (!solver_->solve(t, gamma_dt, known_, tolerance, T_, counts)) return false;
+  evaluate(system, t, T_, rate);
+  return true;
+}
+
+void ImplicitMarcher::take(const HeatSystem& system, State& state, const Stretch& stretch, double t_new,
+                           const std::vector<Weighted>& rates) {
+  for (const Weighted& r : rates) {
+    for (std::size_t i = 0; i < state.E.size(); ++i) state.E[i] += r.weight * r.rate.F[i];
+    for (std::size_t a = 0; a < state.exchanged.size(); ++a) state.exchanged[a] += r.weight * r.rate.power[a];
+  }
+  state.t = t_new;
+  state.T = T_;
+  system.temperature(state.E, state.T);
+  system.impose(stretch.data_time(t_new), state.T, state.E, state.exchanged);
+}
+
+double ImplicitMarcher::tight_tolerance(const HeatSystem& system, const State& state) const {
+  return 1e-10 * system.temperature_span(state.t, state.T);
+}
+
+void ImplicitMarcher::fail(double t, double dt) {
+  throw Error(Fault::numbers,
+              fmt::format("Newton's method did not converge in the step of {:.6g} s at t = {:.6g} s", dt, t),
+              "take a smaller [time] step, or integrator = \"rkl2\" or \"tr-bdf2\" without a step");
+}
+
+}  // namespace calor

@@ -1,0 +1,66 @@
+#pragma once
+// The stage of an implicit step: E(T) - gamma dt F(t, T) = known.
+#include <span>
+#include <vector>
+
+#include "solve/integrator.hpp"
+#include "solve/marching.hpp"
+#include "solve/newton.hpp"
+
+namespace calor {
+
+class StageSolver {
+ public:
+  explicit StageSolver(const HeatSystem& system);
+
+  /// Finds T (local points; a first guess on entry) with prescribed points at their temperature at time t. Every
+  /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails. Collective.
+  bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
+             StepCounts& counts);
+  /// x = (dE/dT - gamma dt dF/dT)^-1 r with the matrix of the last solve: takes stiff components out of an error.
+  void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x); }
+
+ private:
+  const HeatSystem& system_;
+  Newton newton_;
+  double t_ = 0, gamma_dt_ = 0, rate_bound_ = 0;
+  std::span<const double> known_;
+  std::vector<double> F_, tolerance_;
+};
+
+/// A marcher whose steps are made of such stages.
+class ImplicitMarcher : public Marcher {
+ public:
+  using Marcher::Marcher;
+
+ protected:
+  /// Heat rates of owned points, W, and of the accounts.
+  struct Rate {
+    std::vector<double> F, power;
+  };
+  /// Makes the solver on first use, and room for the work arrays.
+  void prepare(const HeatSystem& system, const State& state);
+  void evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate);
+  /// known = E0 + sum weight F, weights in s; finds T_ from it, starting where T_ is, and its rate.
+  struct Weighted {
+    double weight;
+    const Rate& rate;
+  };
+  bool solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+                   const std::vector<Weighted>& rates, double tolerance, Rate& rate);
+  /// E += sum weight F, the same for the accounts, T from E, walls imposed: heat is conserved to round-off whatever the
+  /// tolerance of the stages.
+  void take(const HeatSystem& system, State& state, const Stretch& stretch, double t_new,
+            const std::vector<Weighted>& rates);
+  /// Tolerance of the stages of fixed steps, K.
+  double tight_tolerance(const HeatSystem& system, const State& state) const;
+  [[noreturn]] static void fail(double t, double dt);
+
+  std::unique_ptr<StageSolver> solver_;
+  std::vector<double> T_;
+
+ private:
+  std::vector<double> known_;
+};
+
+}  // namespace calor

@@ -1,0 +1,47 @@
+#pragma once
+// Time integration: one-step methods on the enthalpy. An integrator knows the heat system and nothing of the method. A
+// new one is a new file and a line in integrators.cpp.
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "solve/heat_system.hpp"
+
+namespace calor {
+
+struct StepCounts {
+  long steps = 0, rejected = 0, rate_evaluations = 0, newton_iterations = 0, linear_iterations = 0;
+  int most_stages = 0;
+  double smallest_step = 0, largest_step = 0;  ///< s
+};
+
+/// Called after every accepted step; false ends the run.
+using AfterStep = std::function<bool(const State&)>;
+
+class Integrator {
+ public:
+  virtual ~Integrator() = default;
+  /// Marches from state.t to exactly t_end, or until after_step returns false. The walls of `state` are imposed on
+  /// entry and on return. Collective.
+  virtual void advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
+  virtual std::string name() const = 0;  ///< as in [time] integrator
+  StepCounts counts;
+};
+
+/// The integrator that [time] names, or the one that fits best. Checks a fixed step against the stability limit:
+/// above the Gershgorin bound a warning, above 2/lambda_max an Error. Collective.
+std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& system, State& start);
+
+struct SteadyReport {
+  int newton_iterations = 0;
+  long linear_iterations = 0;
+  double residual = 0;  ///< largest |residual| over the largest heat flow through a point
+};
+/// Newton (SNES) with the exact Jacobian from state.T; fills T and E. Throws Error(numbers) without convergence.
+SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state);
+
+void declare_time(Schema& schema);
+
+}  // namespace calor

@@ -1,0 +1,120 @@
+#include "solve/integrators.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+struct IntegratorKind {
+  std::string name;
+  std::unique_ptr<Integrator> (*make)(const StepOptions&);
+  bool is_adaptive;  ///< chooses its steps where the case gives none
+};
+
+/// One line per integrator.
+const std::vector<IntegratorKind>& kinds() {
+  static const std::vector<IntegratorKind> all = {{"euler", make_euler, true},
+                                                  {"rkl2", make_rkl2, true},
+                                                  {"backward-euler", make_backward_euler, false},
+                                                  {"crank-nicolson", make_crank_nicolson, false},
+                                                  {"tr-bdf2", make_tr_bdf2, true}};
+  return all;
+}
+
+const IntegratorKind& kind_of(const std::string& name) {
+  return *std::ranges::find(kinds(), name, &IntegratorKind::name);
+}
+
+/// Lines factorise cheaply; elsewhere super-time-stepping needs no matrix and wins until the problem is very stiff.
+std::string automatic(const Table& time, const HeatSystem& system, double bound) {
+  if (system.has_algebraic_walls()) return "euler";
+  constexpr double many = 1e5;
+  const double euler_steps = time.number("end") * bound / 2;
+  return system.cloud().dimension == 1 || euler_steps > many ? "tr-bdf2" : "rkl2";
+}
+
+/// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
+void check_step(const Table& time, const HeatSystem& system, State& start, double step, double bound) {
+  if (step * bound <= 2 * (1 + 1e-9)) return;
+  const double limit = 2 / system.largest_rate(start.t, start.T);
+  if (step > limit)
+    time.refuse("step",
+                fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
+                fmt::format("take at most {:.3g} s, leave the step out, or choose another integrator", 2 / bound));
+  if (rank_of(system.cloud().comm) == 0)
+    spdlog::warn(
+        "{}: the step of {:.6g} s is above the Gershgorin bound of {:.6g} s (but below the true limit of {:.6g} s): "
+        "stable, but temperatures may overshoot",
+        time.place("step").text(), step, 2 / bound, limit);
+}
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& system, State& start) {
+  const Table time = c.section("time");
+  if (!(time.number("end") > 0))
+    time.refuse("end", fmt::format("an end of {} s is not after the start", time.number("end")),
+                "give a positive time");
+  if (!system.material().has_capacity())
+    c.root().refuse("time", "a transient case needs density and specific_heat of every material",
+                    "add them, or take [steady] instead of [time]");
+  const double bound = system.rate_bound(start.t, start.T);
+  const bool is_automatic = !time.has("integrator") || time.text("integrator") == "automatic";
+  const IntegratorKind& kind = kind_of(is_automatic ? automatic(time, system, bound) : time.text("integrator"));
+  if (system.has_algebraic_walls() && kind.name != "euler")
+    time.refuse("integrator",
+                fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
+                "take integrator = \"euler\", or correction = \"consistent\"");
+
+  StepOptions options;
+  for (const char* key : {"step", "tolerance"}) {
+    if (!time.has(key)) continue;
+    if (!(time.number(key) > 0))
+      time.refuse(key, fmt::format("a {} of {} is not positive", key, time.number(key)), "give a positive one");
+    (key == std::string("step") ? options.step : options.tolerance) = time.number(key);
+  }
+  if (!options.step && !kind.is_adaptive)
+    time.refuse("integrator", fmt::format("{} takes fixed steps, and no step is given", kind.name),
+                "add step = \"0.1 s\", or take integrator = \"tr-bdf2\", which chooses its own");
+  options.safety = time.number("safety");
+  if (!(options.safety > 0 && options.safety <= 1))
+    time.refuse("safety", fmt::format("a safety of {} does not lie between 0 and 1", options.safety), "take 0.9");
+  if (kind.name == "euler" && options.step) check_step(time, system, start, *options.step, bound);
+  return kind.make(options);
+}
+
+void declare_time(Schema& schema) {
+  std::vector<std::string> names{"automatic"};
+  for (const IntegratorKind& kind : kinds()) names.push_back(kind.name);
+  schema.add(
+      {.path = "time",
+       .sentence = "A transient run from t = 0. Steps land on output times and on jumps and kinks of tables in time.",
+       .keys = {
+           {"end", Kind::quantity, "s", required, "End of the run."},
+           {"integrator", Kind::choice, "", "automatic",
+            "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
+            "(implicit); "
+            "automatic: euler for correction = \"paper\", tr-bdf2 for lines and very stiff problems, otherwise rkl2.",
+            names},
+           {"step", Kind::quantity, "s", optional,
+            "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error."},
+           {"tolerance", Kind::difference, "K", optional,
+            "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
+            "temperatures."},
+           {"safety", Kind::number, "", "0.9", "Part of the stable step that euler takes."},
+           {"steady_below", Kind::quantity, "K/s", optional,
+            "The run ends when no temperature changes faster than this."}}});
+  schema.add({.path = "steady",
+              .sentence = "The steady state instead of a transient run, by Newton's method.",
+              .keys = {{"tolerance", Kind::number, "", "1e-11",
+                        "Largest imbalance of a point, relative to the largest heat flow through one."},
+                       {"iterations", Kind::integer, "", "50", "Most iterations of Newton's method."}}});
+}
+
+}  // namespace calor

@@ -1,0 +1,68 @@
+#pragma once
+// Newton's method (SNES) for equations between the temperatures of the owned points: the steady state and the stages of
+// implicit integrators. The options of PETSc are heeded, with the prefix "heat_".
+#include <petscsnes.h>
+
+#include <exception>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "solve/heat_system.hpp"
+
+namespace calor {
+
+class Newton {
+ public:
+  struct Equations {
+    /// R(T) of the owned points; T covers the local points.
+    std::function<void(std::span<double> T, std::span<double> R)> residual;
+    /// dR/dT.
+    std::function<void(std::span<double> T, Mat J)> jacobian;
+  };
+  struct Result {
+    bool converged = false;
+    int iterations = 0;
+    long linear_iterations = 0;
+    double residual = 0;  ///< largest |R_i| / tolerance_i
+  };
+
+  /// `steady` equations are worse conditioned than the stages of a time step. Collective.
+  Newton(const HeatSystem& system, Equations equations, bool steady);
+  ~Newton();
+  Newton(const Newton&) = delete;
+  Newton& operator=(const Newton&) = delete;
+
+  /// From the first guess T to |R_i| <= tolerance_i everywhere. Errors of the equations at T itself are passed on; at
+  /// later iterates they shorten the step. Collective.
+  Result solve(std::span<double> T, std::span<const double> tolerance, int most_iterations);
+
+  /// The Jacobian stays as it is until this is called.
+  void renew_jacobian() { jacobian_is_old_ = true; }
+  /// When convergence slows down, and in every iteration of a problem with `always_renew`.
+  void always_renew(bool yes) { always_renew_ = yes; }
+
+  /// x = J^-1 b with the last Jacobian, owned points. Collective.
+  void solve_linear(std::span<const double> b, std::span<double> x);
+
+ private:
+  static PetscErrorCode residual(SNES snes, Vec T, Vec R, void* self);
+  static PetscErrorCode jacobian(SNES snes, Vec T, Mat J, Mat P, void* self);
+  static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal T_norm, PetscReal step_norm,
+                                  PetscReal R_norm, SNESConvergedReason* reason, void* self);
+  void choose_linear_solver(bool steady);
+  double weighted(Vec R) const;
+
+  const HeatSystem& system_;
+  Equations equations_;
+  std::vector<double> T_;  ///< local points
+  std::span<const double> tolerance_;
+  double last_residual_ = 0;
+  bool jacobian_is_old_ = true, always_renew_ = true;
+  std::exception_ptr error_;
+  Mat J_ = nullptr;
+  Vec x_ = nullptr, R_ = nullptr, b_ = nullptr;
+  SNES snes_ = nullptr;
+};
+
+}  // namespace calor

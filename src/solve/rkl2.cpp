@@ -1,0 +1,157 @@
+// Runge-Kutta-Legendre super-time-stepping of second order: Meyer, Balsara & Aslam, J. Comput. Phys. 257 (2014) 594.
+// One step of s stages is stable for dt <= (s^2 + s - 2)/4 * 2/lambda and costs s evaluations of F.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "solve/integrators.hpp"
+
+namespace calor {
+namespace {
+
+constexpr int most_stages = 199;
+
+/// b_j of the Legendre recursion, Meyer et al. eq (15).
+double b(int j) { return j < 2 ? 1. / 3 : (j * j + j - 2.) / (2. * j * (j + 1)); }
+
+/// Smallest odd number of stages that is stable for dt; 2/lambda is Euler's limit.
+int stages_for(double dt, double euler_limit) {
+  const double s = 0.5 * (std::sqrt(9 + 16 * dt / euler_limit) - 1);
+  const int whole = std::max(3, static_cast<int>(std::ceil(s * (1 - 1e-12))));
+  return whole + 1 - whole % 2;
+}
+
+double longest_step(int stages, double euler_limit) { return euler_limit * (stages * stages + stages - 2.) / 4; }
+
+class Rkl2 final : public Marcher {
+ public:
+  using Marcher::Marcher;
+  std::string name() const override { return "rkl2"; }
+
+ private:
+  /// What the recursion runs on: the enthalpies and, by the same coefficients, the heat exchanged. As every stage is
+  /// the same linear combination for both, sum E - sum exchanged stays what it was to round-off.
+  struct Stage {
+    std::vector<double> E, exchanged;
+    void resize(const State& state) { E.resize(state.E.size()), exchanged.resize(state.exchanged.size()); }
+  };
+
+  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+             const AfterStep& after_step) override {
+    for (Stage* stage : {&now_, &last_, &before_last_}) stage->resize(state);
+    F0_.resize(state.E.size()), F_.resize(state.E.size());
+    power0_.resize(state.exchanged.size()), power_.resize(state.exchanged.size());
+
+    evaluate(system, stretch.data_time(state.t), state.T, F0_, power0_);
+    const bool bound_is_constant = system.jacobian_is_constant();
+    double bound = 0;
+    const auto euler_limit = [&] {
+      if (bound == 0 || !bound_is_constant) bound = system.rate_bound(stretch.data_time(state.t), state.T);
+      return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
+    };
+
+    if (options_.step) {
+      const EqualSteps steps(state.t, stretch.end(), *options_.step);
+      for (long n = 1; n <= steps.count(); ++n) {
+        advance_stages(system, state, stretch, steps.step(), stages_for(steps.step(), euler_limit()));
+        evaluate(system, stretch.data_time(steps.time(n)), T_, F_, power_);
+        take(state, steps.time(n));
+        if (!accept(system, state, steps.step(), after_step)) return false;
+      }
+      return true;
+    }
+
+    double limit = euler_limit();
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(limit, stretch.end() - state.t));
+    while (state.t < stretch.end()) {
+      const double dt = control_.next(state.t, stretch.end(), longest_step(most_stages, limit));
+      const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
+      const int stages = stages_for(dt, limit);
+      advance_stages(system, state, stretch, dt, stages);
+      evaluate(system, stretch.data_time(t_new), T_, F_, power_);
+      if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state), limit)) {
+        ++counts.rejected;
+        continue;
+      }
+      take(state, t_new);
+      if (!accept(system, state, dt, after_step)) return false;
+      if (!bound_is_constant) limit = euler_limit();
+    }
+    return true;
+  }
+
+  void evaluate(const HeatSystem& system, double t, std::vector<double>& T, std::vector<double>& F,
+                std::vector<double>& power) {
+    system.rate(t, T, F, power);
+    ++counts.rate_evaluations;
+  }
+
+  /// From the state and its rate F0_ to last_ and T_, Meyer et al. eq (14)-(17).
+  void advance_stages(const HeatSystem& system, const State& state, const Stretch& stretch, double dt, int s) {
+    const double w1 = 4 / (s * s + s - 2.);
+    T_ = state.T;
+    before_last_.E = state.E, before_last_.exchanged = state.exchanged;
+    const double first = b(1) * w1 * dt;
+    for (std::size_t i = 0; i < F0_.size(); ++i) last_.E[i] = state.E[i] + first * F0_[i];
+    for (std::size_t a = 0; a < power0_.size(); ++a) last_.exchanged[a] = state.exchanged[a] + first * power0_[a];
+    double c_last = b(1) * w1, c_before_last = 0;  // stage times by the same recursion
+    settle(system, stretch.data_time(state.t + c_last * dt), last_);
+    for (int j = 2; j <= s; ++j) {
+      const double mu = (2. * j - 1) / j * b(j) / b(j - 1), nu = -(j - 1.) / j * b(j) / b(j - 2);
+      const double mu_rate = mu * w1, gamma_rate = -(1 - b(j - 1)) * mu_rate;
+      evaluate(system, stretch.data_time(state.t + c_last * dt), T_, F_, power_);
+      const auto combine = [&](std::vector<double>& now, const std::vector<double>& last,
+                               const std::vector<double>& before_last, const std::vector<double>& start,
+                               const std::vector<double>& rate, const std::vector<double>& start_rate) {
+        for (std::size_t i = 0; i < now.size(); ++i)
+          now[i] = start[i] + mu * (last[i] - start[i]) + nu * (before_last[i] - start[i]) +
+                   dt * (mu_rate * rate[i] + gamma_rate * start_rate[i]);
+      };
+      combine(now_.E, last_.E, before_last_.E, state.E, F_, F0_);
+      combine(now_.exchanged, last_.exchanged, before_last_.exchanged, state.exchanged, power_, power0_);
+      const double c = j == s ? 1 : mu * c_last + nu * c_before_last + mu_rate + gamma_rate;
+      settle(system, stretch.data_time(state.t + c * dt), now_);
+      std::swap(before_last_, last_);
+      std::swap(last_, now_);
+      c_before_last = std::exchange(c_last, c);
+    }
+    counts.most_stages = std::max(counts.most_stages, s);
+  }
+
+  void settle(const HeatSystem& system, double t, Stage& stage) {
+    system.temperature(stage.E, T_);
+    system.impose(t, T_, stage.E, stage.exchanged);
+  }
+
+  /// Largest error of the step in K. The step's error is (1/6 - c3) dt^3 T''' with c3 from the stability polynomial
+  /// 1 + z + z^2/2 + c3 z^3 + ...; T''' comes from E0 - E1 + dt/2 (F0 + F1) = (1/4 - c3) dt^3 E''' (as in Sommeijer,
+  /// Shampine & Verwer 1997).
+  double error(const HeatSystem& system, const State& state, double dt, int s) {
+    const double c3 = (s * s + s - 6.) / (s * s + s - 2.) / 9;
+    const double factor = (1. / 6 - c3) / (1. / 4 - c3);
+    system.capacity(T_, now_.E);
+    for (std::size_t i = 0; i < F_.size(); ++i)
+      now_.E[i] = factor * (state.E[i] - last_.E[i] + 0.5 * dt * (F0_[i] + F_[i])) / now_.E[i];
+    return largest_free(system, now_.E);
+  }
+
+  void take(State& state, double t_new) {
+    std::swap(state.E, last_.E);
+    std::swap(state.exchanged, last_.exchanged);
+    std::swap(state.T, T_);
+    std::swap(F0_, F_);
+    std::swap(power0_, power_);
+    state.t = t_new;
+  }
+
+  StepControl control_;
+  Stage now_, last_, before_last_;
+  std::vector<double> T_, F0_, F_, power0_, power_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_rkl2(const StepOptions& options) { return std::make_unique<Rkl2>(options); }
+
+}  // namespace calor

@@ -1,0 +1,103 @@
+// TR-BDF2: trapezoidal rule to t + gamma dt, then BDF2 to t + dt, gamma = 2 - sqrt(2); both stages have the same
+// matrix. As a Runge-Kutta method (Hosea & Shampine, Appl. Numer. Math. 20 (1996) 21), w = sqrt(2)/4, d = gamma/2:
+//   E1 = E0 + dt d (F0 + F1),   E2 = E0 + dt (w F0 + w F1 + d F2),
+// with the embedded formula of third order (1 - w)/3, (3w + 1)/3, d/3.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "solve/implicit.hpp"
+#include "solve/integrators.hpp"
+
+namespace calor {
+namespace {
+
+constexpr double gamma_ = 2 - std::numbers::sqrt2, d = gamma_ / 2, w = std::numbers::sqrt2 / 4;
+
+class TrBdf2 final : public ImplicitMarcher {
+ public:
+  using ImplicitMarcher::ImplicitMarcher;
+  std::string name() const override { return "tr-bdf2"; }
+
+ private:
+  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+             const AfterStep& after_step) override {
+    prepare(system, state);
+    return options_.step ? march_fixed(system, state, stretch, after_step)
+                         : march_adaptive(system, state, stretch, fresh, after_step);
+  }
+
+  bool march_fixed(const HeatSystem& system, State& state, const Stretch& stretch, const AfterStep& after_step) {
+    const EqualSteps steps(state.t, stretch.end(), *options_.step);
+    const double dt = steps.step();
+    for (long n = 1; n <= steps.count(); ++n) {
+      evaluate(system, stretch.data_time(state.t), state.T, rate0_);
+      if (!stages(system, state, stretch, dt, steps.time(n), tight_tolerance(system, state))) fail(state.t, dt);
+      take(system, state, stretch, steps.time(n), weights(dt));
+      if (!accept(system, state, dt, after_step)) return false;
+    }
+    return true;
+  }
+
+  bool march_adaptive(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+                      const AfterStep& after_step) {
+    constexpr double part_for_newton = 1e-3;
+    const double bound = system.rate_bound(stretch.data_time(state.t), state.T);
+    const double euler_limit = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit, stretch.end() - state.t));
+    evaluate(system, stretch.data_time(state.t), state.T, rate0_);
+    while (state.t < stretch.end()) {
+      const double dt = control_.next(state.t, stretch.end(), std::numeric_limits<double>::infinity());
+      const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
+      const double allowed = tolerance(system, state);
+      if (!stages(system, state, stretch, dt, t_new, part_for_newton * allowed)) {
+        if (dt < 1e-6 * std::min(euler_limit, stretch.end())) fail(state.t, dt);
+        control_.reduce(dt);
+        ++counts.rejected;
+        continue;
+      }
+      if (!control_.judge(dt, error(system, dt) / allowed, euler_limit)) {
+        ++counts.rejected;
+        continue;
+      }
+      take(system, state, stretch, t_new, weights(dt));
+      if (!accept(system, state, dt, after_step)) return false;
+      if (state.t < stretch.end()) evaluate(system, stretch.data_time(state.t), state.T, rate0_);
+    }
+    return true;
+  }
+
+  /// Both stages from the state and rate0_.
+  bool stages(const HeatSystem& system, const State& state, const Stretch& stretch, double dt, double t_new,
+              double tolerance) {
+    T_ = state.T;
+    counts.most_stages = 2;
+    return solve_stage(system, stretch.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}}, tolerance,
+                       rate1_) &&
+           solve_stage(system, stretch.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
+                       tolerance, rate2_);
+  }
+
+  std::vector<Weighted> weights(double dt) const { return {{w * dt, rate0_}, {w * dt, rate1_}, {d * dt, rate2_}}; }
+
+  /// Largest difference to the embedded formula in K, smoothed by the matrix of the stages: without that, stiff
+  /// components that the method damps well would keep the steps small.
+  double error(const HeatSystem& system, double dt) {
+    error_.resize(rate0_.F.size());
+    for (std::size_t i = 0; i < error_.size(); ++i)
+      error_[i] = dt * ((4 * w - 1) / 3 * rate0_.F[i] - 1. / 3 * rate1_.F[i] + 2 * d / 3 * rate2_.F[i]);
+    solver_->smooth(error_, error_);
+    return largest_free(system, error_);
+  }
+
+  StepControl control_{1.3};
+  Rate rate0_, rate1_, rate2_;
+  std::vector<double> error_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_tr_bdf2(const StepOptions& options) { return std::make_unique<TrBdf2>(options); }
+
+}  // namespace calor

@@ -1,0 +1,48 @@
+// Heat set free in the volume: P_i = Q(x_i, t, T_i) V_i.
+#include <vector>
+
+#include "base/point_function.hpp"
+#include "source/kinds.hpp"
+
+namespace calor {
+namespace {
+
+class BodySource final : public Source {
+ public:
+  BodySource(const std::string& name, const Function& density, const Cloud& cloud)
+      : Source(name), density_(density, cloud.owned_points()), cloud_(cloud), work_(cloud.owned) {}
+
+  void add_power(double t, std::span<const double> T, std::span<double> P) const override {
+    density_.evaluate({.x = cloud_.owned_points(), .t = t, .T = T.first(work_.size())}, work_);
+    for (std::size_t i = 0; i < work_.size(); ++i) P[i] += work_[i] * cloud_.volume[i];
+  }
+  void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const override {
+    if (!depends_on_temperature()) return;
+    density_.derivative({.x = cloud_.owned_points(), .t = t, .T = T.first(work_.size())}, work_);
+    for (std::size_t i = 0; i < work_.size(); ++i) dP_dT[i] += work_[i] * cloud_.volume[i];
+  }
+  bool depends_on_temperature() const override { return density_.function().depends_on_temperature(); }
+  std::vector<double> breaks() const override { return density_.function().breaks(); }
+
+ private:
+  PointFunction density_;  // W/m^3
+  const Cloud& cloud_;
+  mutable std::vector<double> work_;
+};
+
+}  // namespace
+
+const SourceKind body_source = {
+    .key = "power_density",
+    .declare =
+        [](Schema& schema) {
+          schema.add({.path = "source.*",
+                      .sentence = "A heat source in the body.",
+                      .keys = {{"power_density", Kind::function, "W/m^3", optional,
+                                "Power per volume, of place, time and temperature; > 0 heats."}}});
+        },
+    .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
+      return std::make_unique<BodySource>(name, table.function("power_density"), cloud);
+    }};
+
+}  // namespace calor

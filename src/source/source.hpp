@@ -1,0 +1,34 @@
+#pragma once
+// Heat sources inside the body. A new kind is a new file and a line in sources.cpp.
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/function.hpp"
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+
+namespace calor {
+
+class Source {
+ public:
+  explicit Source(std::string name) : name(std::move(name)) {}
+  virtual ~Source() = default;
+  /// P[i] += power into owned point i at time t, W. `T`: owned points.
+  virtual void add_power(double t, std::span<const double> T, std::span<double> P) const = 0;
+  /// dP_i/dT_i, W/K, added; sources without dependence add nothing.
+  virtual void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const = 0;
+  virtual bool depends_on_temperature() const = 0;
+  virtual std::vector<double> breaks() const = 0;
+
+  const std::string name;  ///< its account in energy.csv
+};
+
+/// Sources of [source.*] on the cloud. Collective; throws Error.
+std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cloud);
+
+void declare_sources(Schema& schema);
+
+}  // namespace calor
