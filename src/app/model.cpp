@@ -72,9 +72,11 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   }
   range.reference = volume_mean(*m.cloud, m.T_start);
 
-  MaterialField material(c, *m.cloud, range);
   std::unique_ptr<FluxSites> sites;
+  SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
   phases.measure("weights", [&] { sites = method.build(c, *m.cloud, m.weights); });
+  if (const Places* at = sites->conduction_places()) material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
+  if (const Places* at = sites->capacity_places()) material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
   m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(sites), std::move(material), std::move(conditions),
                                           std::move(sources));
   return m;

@@ -41,17 +41,19 @@ class Timeline {
 
 /// Temperature, heat flux and properties of the owned points, as ParaView gets them.
 void write_fields(FieldWriter& writer, const HeatSystem& system, State& state) {
-  const Cloud& cloud = system.cloud();
-  const std::size_t n = cloud.owned, local = cloud.x.size();
+  const std::size_t n = system.cloud().owned;
   std::vector<Vec3> q(n);
   system.heat_flux(state.t, state.T, q);
-  std::vector<double> k(local), rho_c(local);
-  system.material().conductivity(state.t, state.T, k, {});
-  system.material().enthalpy(state.T, {}, rho_c);
-  writer.write(state.t, {{"temperature [K]", 1, std::span(state.T).first(n)},
+  const std::span<const double> T = system.values(state.T);
+  std::vector<double> k(n), rho_c(n);
+  together(system.cloud().comm, [&] {
+    system.material().conductivity(state.t, T, k, {});
+    system.material().enthalpy(T, {}, rho_c);
+  });
+  writer.write(state.t, {{"temperature [K]", 1, T},
                          {"heat flux [W/m^2]", 3, std::span(&q.data()->x, 3 * n)},
-                         {"conductivity [W/(m K)]", 1, std::span(k).first(n)},
-                         {"volumetric heat capacity [J/(m^3 K)]", 1, std::span(rho_c).first(n)}});
+                         {"conductivity [W/(m K)]", 1, k},
+                         {"volumetric heat capacity [J/(m^3 K)]", 1, rho_c}});
 }
 
 double peak_memory() {
@@ -89,7 +91,7 @@ RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options) {
   RunResult result;
   std::map<std::string, std::string> texts{{"method", chosen_method(c).name}};
   system.impose(0, state.T, state.E, state.exchanged);
-  const auto owned = [&] { return std::span<const double>(state.T).first(cloud.owned); };
+  const auto owned = [&] { return system.values(state.T); };
 
   if (steady) {
     texts["integrator"] = "steady";

@@ -104,9 +104,13 @@ MaterialField::MaterialField(MaterialField&&) noexcept = default;
 MaterialField::~MaterialField() = default;
 
 MaterialField::MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range)
+    : MaterialField(c, cloud, cloud.x, cloud.tag, range) {}
+
+MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const Vec3> x, std::span<const int> tag,
+                             const TemperatureRange& range)
     : parts_(std::make_unique<Parts>()) {
   Parts& p = *parts_;
-  p.x = cloud.x;
+  p.x = x;
   p.reference = range.reference;
   p.safe_low = std::numeric_limits<double>::max(), p.safe_high = -p.safe_low;
 
@@ -114,7 +118,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
   const Table body = c.section("body");
   const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
   bool layered = false, of_T_alone = true;
-  for (BodyRegion& r : body_regions(c, cloud, unnamed ? materials.only_one() : "")) {
+  for (BodyRegion& r : body_regions(c, cloud, {x, tag}, unnamed ? materials.only_one() : "")) {
     Region region{materials.get(r.material, r.place), std::move(r.point), std::move(r.weight), {}, nullptr};
     const Material& m = *region.material;
     p.k_depends_on_T |= m.conductivity_depends_on_T();

@@ -18,6 +18,9 @@ class MaterialField {
   /// Materials and regions of the case at all local points of the cloud, which must outlive this. Collective (errors
   /// are raised together).
   MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range);
+  /// The same at other places, which must outlive this; `tag`: one a place.
+  MaterialField(const Case& c, const Cloud& cloud, std::span<const Vec3> x, std::span<const int> tag,
+                const TemperatureRange& range);
   MaterialField(MaterialField&&) noexcept;
   ~MaterialField();
 
@@ -30,7 +33,7 @@ class MaterialField {
   /// Are density and specific heat known everywhere? A steady case does without: rho c then counts as 1 J/(m^3 K).
   bool has_capacity() const;
 
-  // All local points, or only the first T.size() of them. A value that is not positive and finite throws Error(numbers)
+  // All places, or only the first T.size() of them. A value that is not positive and finite throws Error(numbers)
   // with point and temperature; that can happen on one rank alone: callers run these inside `together` or check at
   // their own reduction.
   void conductivity(double t, std::span<const double> T, std::span<double> k, std::span<double> dk_dT) const;

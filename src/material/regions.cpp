@@ -29,7 +29,8 @@ struct Map {
   }
 };
 
-void fill_layers(const Table& body, const std::vector<Table>& layers, const Cloud& cloud, Map& map) {
+void fill_layers(const Table& body, const std::vector<Table>& layers, const Cloud& cloud, const MaterialPlaces& places,
+                 Map& map) {
   if (!body.has("along"))
     body.refuse("", "[body] has layers, but not the axis across them", "add along = \"x\", \"y\" or \"z\"");
   const std::string along = body.text("along");
@@ -68,8 +69,8 @@ void fill_layers(const Table& body, const std::vector<Table>& layers, const Clou
         short_of ? "make them as thick as the body" : "make them as thick as the body, or say where they start");
 
   const double near = 1e-9 * total;
-  for (int i = 0; i < cloud.local(); ++i) {
-    const double s = cloud.x[i][axis] - start;
+  for (std::size_t i = 0; i < places.x.size(); ++i) {
+    const double s = places.x[i][axis] - start;
     const std::size_t layer =
         std::min<std::size_t>(std::ranges::lower_bound(top, s - near) - top.begin(), top.size() - 1);
     const bool interface = std::abs(s - top[layer]) <= near && layer + 1 < top.size();
@@ -78,19 +79,19 @@ void fill_layers(const Table& body, const std::vector<Table>& layers, const Clou
   }
 }
 
-void fill_region(const Case& c, const Table& table, const Cloud& cloud, Map& map) {
+void fill_region(const Case& c, const Table& table, const Cloud& cloud, const MaterialPlaces& places, Map& map) {
   if (table.has("where") == table.has("tag"))
     table.refuse("", table.has("tag") ? "the region has 'where' and 'tag'" : "the region says nothing of its points",
                  "give where = \"...\" or tag = \"...\"");
-  std::vector<char> in(cloud.x.size());
+  std::vector<char> in(places.x.size());
   if (table.has("where")) {
-    together(cloud.comm, [&] { in = where(c, table, cloud.x); });
+    together(cloud.comm, [&] { in = where(c, table, places.x); });
   } else {
     const auto tag = std::ranges::find(cloud.tags, table.text("tag"));
     if (tag == cloud.tags.end())
       table.refuse("tag", fmt::format("no point has the tag '{}'", table.text("tag")),
                    fmt::format("the tags of the cloud are '{}'", fmt::join(cloud.tags, "', '")));
-    for (std::size_t i = 0; i < in.size(); ++i) in[i] = cloud.tag[i] == tag - cloud.tags.begin();
+    for (std::size_t i = 0; i < in.size(); ++i) in[i] = places.tag[i] == tag - cloud.tags.begin();
   }
   if (!any(cloud.comm, std::ranges::count(in, 1) > 0))
     table.refuse(table.has("where") ? "where" : "tag", "the region holds no point",
@@ -102,7 +103,8 @@ void fill_region(const Case& c, const Table& table, const Cloud& cloud, Map& map
 
 }  // namespace
 
-std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const std::string& only_material) {
+std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPlaces& places,
+                                     const std::string& only_material) {
   const Table body = c.section("body");
   const auto layers = body.list("layer"), regions = body.list("region");
   Map map;
@@ -115,27 +117,27 @@ std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const st
     body.refuse("material", "[body] has a material for the rest of the body, but its layers leave no rest",
                 "leave it out");
 
-  map.of_point.assign(cloud.x.size(), {-1, -1});
-  if (!layers.empty()) fill_layers(body, layers, cloud, map);
+  map.of_point.assign(places.x.size(), {-1, -1});
+  if (!layers.empty()) fill_layers(body, layers, cloud, places, map);
   if (body.has("material")) {
     const int m = map.region(body.text("material"), body.place("material"));
     std::ranges::fill(map.of_point, Pair{m, -1});
   }
-  for (const Table& region : regions) fill_region(c, region, cloud, map);
+  for (const Table& region : regions) fill_region(c, region, cloud, places, map);
 
   together(cloud.comm, [&] {
-    for (int i = 0; i < cloud.owned; ++i)
+    for (std::size_t i = 0; i < places.x.size(); ++i)
       if (map.of_point[i][0] < 0)
         body.refuse("region",
-                    fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", cloud.x[i].x, cloud.x[i].y,
-                                cloud.x[i].z),
+                    fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", places.x[i].x, places.x[i].y,
+                                places.x[i].z),
                     "give [body] a material for the points that no region takes");
   });
-  for (int i = 0; i < cloud.local(); ++i) {
+  for (std::size_t i = 0; i < places.x.size(); ++i) {
     const auto [m, upper] = map.of_point[i];
     for (const int r : {m, upper}) {
       if (r < 0) continue;
-      map.regions[r].point.push_back(i);
+      map.regions[r].point.push_back(static_cast<int>(i));
       map.regions[r].weight.push_back(upper < 0 ? 1 : 0.5);
     }
   }

@@ -1,5 +1,6 @@
 #pragma once
 // Which points of the cloud are of which material: layers, regions by formula or tag, or one material for all.
+#include <span>
 #include <string>
 #include <vector>
 
@@ -8,18 +9,25 @@
 
 namespace calor {
 
-/// Local points of one material.
+/// Where materials are wanted: at the local points of a cloud, or at places between them.
+struct MaterialPlaces {
+  std::span<const Vec3> x;   ///< m
+  std::span<const int> tag;  ///< index into Cloud::tags, one a place
+};
+
+/// Places of one material.
 struct BodyRegion {
   std::string material;
   Place place;                      ///< where the case names it
-  bool whole = false;               ///< all local points, with weight 1; the lists are empty
+  bool whole = false;               ///< all places, with weight 1; the lists are empty
   std::vector<int> point = {};      ///< ascending
-  std::vector<double> weight = {};  ///< the point's share of this material
+  std::vector<double> weight = {};  ///< the place's share of this material
 };
 
-/// One entry per material of the body, the same on all ranks; the weights of a point add up to 1. Throws
-/// Error(bad_case) for layers that do not cover the body, selections without points, points without material.
+/// One entry per material of the body, the same on all ranks; the weights of a place add up to 1. Throws
+/// Error(bad_case) for layers that do not cover the body, selections without places, places without material.
 /// Collective.
-std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const std::string& only_material);
+std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPlaces& places,
+                                     const std::string& only_material);
 
 }  // namespace calor

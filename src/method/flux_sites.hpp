@@ -2,6 +2,7 @@
 // div(k grad T) as a sum over flux sites: pairs for SPH and peridynamics, quadrature points on cell faces for MLPG.
 //   dE_i/dt = sum_q s_iq k_q (g_q . T)
 // The sites know where properties are needed, not what the material is; they know no time and no boundary condition.
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -15,7 +16,37 @@ namespace calor {
 /// midway between the points.
 enum class Mean { integral, arithmetic, harmonic };
 
-/// The conductivity at the property points of the sites (for pairs: all local points, ghosts included).
+/// A sparse linear map from the unknowns of the local points, by rows.
+struct SparseRows {
+  std::vector<std::int64_t> row = {0};
+  std::vector<std::int32_t> column;  ///< local points
+  std::vector<double> value;
+
+  std::size_t count() const { return row.size() - 1; }
+  double times(std::size_t r, std::span<const double> T) const {
+    double sum = 0;
+    for (std::int64_t n = row[r]; n < row[r + 1]; ++n) sum += value[n] * T[column[n]];
+    return sum;
+  }
+  void apply(std::span<const double> T, std::span<double> out) const {
+    for (std::size_t r = 0; r < count(); ++r) out[r] = times(r, T);
+  }
+};
+
+/// Places between the points at which a method wants properties.
+struct Places {
+  std::vector<Vec3> x;   ///< m
+  std::vector<int> tag;  ///< of the point that the place belongs to
+  SparseRows phi;        ///< temperature there: T(x_q) = sum_J phi_qJ T_J
+};
+
+/// Places whose enthalpies add up to those of the owned points' cells: E_i = sum_q volume_q H(T(x_q)).
+struct CellPlaces : Places {
+  std::vector<std::int64_t> cell = {0};  ///< those of owned point i are cell[i] .. cell[i+1]
+  std::vector<double> volume;            ///< m^3
+};
+
+/// The conductivity where the sites want it: at their conduction places, or else at all local points, ghosts included.
 struct Conductivity {
   Mean mean = Mean::arithmetic;
   std::span<const double> k;      ///< W/(m K)
@@ -54,8 +85,15 @@ class FluxSites {
   virtual void add_row_bound(const Conductivity& k, std::span<double> bound) const = 0;
   /// Heat flux vector at the owned points, W/m^2; exact for linear temperatures.
   virtual void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const = 0;
-  /// Points that couple to owned point i (without i): the sparsity of the Jacobian.
+  /// Points that couple to owned point i (without i), by conduction, capacity or value: the sparsity of the Jacobian.
   virtual std::span<const std::int32_t> coupled(int i) const = 0;
+  // What the unknowns mean. All null for a method whose unknowns are the temperatures of the points and whose points
+  // hold the heat of their cells at their own temperature.
+  virtual const Places* conduction_places() const { return nullptr; }
+  virtual const CellPlaces* capacity_places() const { return nullptr; }
+  /// Temperatures of the owned points from the unknowns.
+  virtual const SparseRows* point_values() const { return nullptr; }
+
   /// Null unless the method treats its wall points algebraically.
   virtual const WallRows* wall_rows() const { return nullptr; }
 };

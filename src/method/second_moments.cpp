@@ -115,8 +115,8 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
   };
-  // A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number of
-  // iterations makes the weights a continuous function of the cloud.
+  // A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number
+  // of iterations makes the weights a continuous function of the cloud.
   const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z,
                                           {.relative = 1e-12, .absolute = 0, .iterations = 30});
 

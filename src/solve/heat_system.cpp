@@ -12,17 +12,21 @@
 
 namespace calor {
 
-HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, MaterialField material_,
+HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, SystemMaterial material_,
                          Conditions conditions_, std::vector<std::unique_ptr<Source>> sources_)
     : cloud(cloud),
       sites(std::move(sites_)),
-      material(std::move(material_)),
+      fields(std::move(material_)),
+      material(fields.points),
       conditions(std::move(conditions_)),
       sources(std::move(sources_)),
       accounts(conditions.accounts),
-      role(cloud.local(), Role::free),
-      k_(cloud.local()) {
+      role(cloud.local(), Role::free) {
   for (const auto& source : sources) accounts.push_back(source->name);
+  const Places* between = sites->conduction_places();
+  k_.resize(between ? between->x.size() : cloud.x.size());
+  if (const SparseRows* phi = sites->point_values()) point_values = std::make_unique<PointValues>(cloud, *phi);
+  is_nodal = !point_values && !sites->capacity_places();
 
   std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
   for (const PrescribedTerm& term : conditions.temperatures)
@@ -51,8 +55,46 @@ HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, 
     role[i] = is_prescribed[i] != 0 ? Role::prescribed : is_wall[i] != 0 ? Role::wall : Role::free;
 }
 
+std::span<const double> HeatSystem::Parts::values(std::span<const double> T) {
+  if (!point_values) return T.first(cloud.owned);
+  T_values_.resize(cloud.owned);
+  point_values->phi().apply(T, T_values_);
+  return T_values_;
+}
+
+void HeatSystem::Parts::hold(std::span<const double> T, std::span<double> E, std::span<double> C) {
+  const CellPlaces* places = sites->capacity_places();
+  if (!places) {
+    material.enthalpy(values(T), E, C);
+    for (std::span<double> held : {E, C})
+      for (std::size_t i = 0; i < held.size(); ++i) held[i] = role[i] == Role::wall ? 0 : cloud.volume[i] * held[i];
+    return;
+  }
+  T_capacity_.resize(places->x.size()), H_capacity_.resize(places->x.size());
+  places->phi.apply(T, T_capacity_);
+  const auto add_up = [&](std::span<double> held) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      held[i] = 0;
+      for (std::int64_t q = places->cell[i]; q < places->cell[i + 1]; ++q)
+        held[i] += places->volume[q] * H_capacity_[q];
+    }
+  };
+  if (!E.empty()) fields.capacity->enthalpy(T_capacity_, H_capacity_, {}), add_up(E);
+  if (!C.empty()) fields.capacity->enthalpy(T_capacity_, {}, H_capacity_), add_up(C);
+}
+
 Conductivity HeatSystem::Parts::conductivity(double t, std::span<const double> T, For purpose) {
-  const bool by_theta = material.mean() == Mean::integral, depends_on_T = material.conductivity_depends_on_T();
+  const bool depends_on_T = material.conductivity_depends_on_T();
+  if (const Places* places = sites->conduction_places()) {
+    T_conduction_.resize(k_.size());
+    places->phi.apply(T, T_conduction_);
+    const bool with_derivative = purpose == For::jacobian && depends_on_T;
+    dk_dT_.resize(with_derivative ? k_.size() : 0);
+    if (!k_is_known_) fields.conduction->conductivity(t, T_conduction_, k_, dk_dT_);
+    k_is_known_ = !depends_on_T && !material.conductivity_depends_on_time();
+    return {.mean = Mean::arithmetic, .k = k_, .dk_dT = dk_dT_, .theta = {}};
+  }
+  const bool by_theta = material.mean() == Mean::integral;
   if (by_theta && purpose == For::rate) {
     theta_.resize(k_.size());
     material.theta(T, theta_);
@@ -80,7 +122,7 @@ void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<
   });
   for (std::size_t s = 0; s < sources.size(); ++s) {
     source_power_.assign(cloud.owned, 0);
-    sources[s]->add_power(t, T.first(cloud.owned), source_power_);
+    sources[s]->add_power(t, values(T), source_power_);
     double total = 0;
     for (int i = 0; i < cloud.owned; ++i) {
       F[i] += source_power_[i];
@@ -95,10 +137,10 @@ void HeatSystem::Parts::add_exchange_derivative(double t, std::span<const double
     for (std::size_t p = 0; p < dq_dT.size(); ++p) diagonal[term.point[p]] += dq_dT[p] * term.area[p];
   });
   for (const auto& source : sources)
-    if (source->depends_on_temperature()) source->add_derivative(t, T.first(cloud.owned), diagonal);
+    if (source->depends_on_temperature()) source->add_derivative(t, values(T), diagonal);
 }
 
-HeatSystem::HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material,
+HeatSystem::HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, SystemMaterial material,
                        Conditions conditions, std::vector<std::unique_ptr<Source>> sources)
     : parts_(std::make_unique<Parts>(cloud, std::move(sites), std::move(material), std::move(conditions),
                                      std::move(sources))) {}
@@ -112,12 +154,19 @@ const std::vector<std::string>& HeatSystem::accounts() const { return parts_->ac
 int HeatSystem::boundary_accounts() const { return static_cast<int>(parts_->conditions.accounts.size()); }
 std::span<const int> HeatSystem::prescribed() const { return parts_->prescribed; }
 bool HeatSystem::has_algebraic_walls() const { return parts_->walls != nullptr; }
+bool HeatSystem::is_nodal() const { return parts_->is_nodal; }
+
+std::span<const double> HeatSystem::values(std::span<double> T) const {
+  if (parts_->point_values) parts_->cloud.halo.update(T);
+  return parts_->values(T);
+}
 
 State HeatSystem::start(double t, std::span<const double> T_owned) const {
   const Cloud& cloud = parts_->cloud;
   State state{.t = t, .E = std::vector<double>(cloud.owned), .T = {}, .exchanged = {}};
   state.T.assign(T_owned.begin(), T_owned.end());
   state.T.resize(cloud.local());
+  if (parts_->point_values) parts_->point_values->unknowns(T_owned, state.T);
   state.exchanged.resize(parts_->accounts.size());
   cloud.halo.update(state.T);
   energy(state.T, state.E);
@@ -135,18 +184,15 @@ void HeatSystem::rate(double t, std::span<double> T, std::span<double> F, std::s
 }
 
 void HeatSystem::energy(std::span<const double> T, std::span<double> E) const {
-  const Cloud& cloud = parts_->cloud;
-  together(cloud.comm, [&] { parts_->material.enthalpy(T.first(cloud.owned), E, {}); });
-  for (int i = 0; i < cloud.owned; ++i) E[i] = parts_->role[i] == Role::wall ? 0 : cloud.volume[i] * E[i];
+  together(parts_->cloud.comm, [&] { parts_->hold(T, E, {}); });
 }
 
 void HeatSystem::capacity(std::span<const double> T, std::span<double> C) const {
-  const Cloud& cloud = parts_->cloud;
-  together(cloud.comm, [&] { parts_->material.enthalpy(T.first(cloud.owned), {}, C); });
-  for (int i = 0; i < cloud.owned; ++i) C[i] = parts_->role[i] == Role::wall ? 0 : cloud.volume[i] * C[i];
+  together(parts_->cloud.comm, [&] { parts_->hold(T, {}, C); });
 }
 
 void HeatSystem::temperature(std::span<const double> E, std::span<double> T) const {
+  if (!parts_->is_nodal) return;
   const Cloud& cloud = parts_->cloud;
   auto& H = parts_->scratch;
   H.resize(cloud.owned);
@@ -169,7 +215,7 @@ void HeatSystem::temperature(std::span<const double> E, std::span<double> T) con
 void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
   std::vector<double> power(parts_->accounts.size());
   rate(t, T, R, power);
-  for (int i : parts_->prescribed) R[i] = 0;
+  together(parts_->cloud.comm, [&] { parts_->constrain(t, T, R); });
   if (parts_->walls) parts_->add_wall_residual(t, T, R);
 }
 
@@ -200,7 +246,7 @@ bool HeatSystem::level_is_fixed() const {
 double HeatSystem::temperature_span(double t, std::span<const double> T) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   const auto see = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
-  std::ranges::for_each(T.first(parts_->cloud.owned), see);
+  std::ranges::for_each(parts_->values(T), see);
   together(parts_->cloud.comm, [&] {
     for (const PrescribedTerm& term : parts_->conditions.temperatures) {
       std::vector<double> wall(term.x.size());

@@ -4,6 +4,7 @@
 #include <petscmat.h>
 
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,34 +21,49 @@ namespace calor {
 struct State {
   double t = 0;
   std::vector<double> E;          ///< enthalpy of the owned points above the reference temperature, J
-  std::vector<double> T;          ///< temperature of the local points (ghosts may be stale), K
+  std::vector<double> T;          ///< unknowns of the local points (ghosts may be stale), K: see HeatSystem::values
   std::vector<double> exchanged;  ///< heat that came in by each account since the start, J; this rank's share
 };
 
+/// The material where the equation wants it.
+struct SystemMaterial {
+  MaterialField points;                     ///< at all local points
+  std::optional<MaterialField> conduction;  ///< at the sites' conduction places, if they have any
+  std::optional<MaterialField> capacity;    ///< at their capacity places
+};
+
+/// The unknowns T are the temperatures of the points, or whatever the sites make of them (parameters of moving least
+/// squares): `values` turns them into temperatures.
 class HeatSystem {
  public:
-  HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material, Conditions conditions,
+  HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, SystemMaterial material, Conditions conditions,
              std::vector<std::unique_ptr<Source>> sources);
   ~HeatSystem();
 
   const Cloud& cloud() const;
   const FluxSites& sites() const;
-  const MaterialField& material() const;
+  const MaterialField& material() const;  ///< at all local points
   /// Names of what heat comes in by: boundaries, then sources.
   const std::vector<std::string>& accounts() const;
   int boundary_accounts() const;  ///< how many of the accounts are boundaries; the rest are sources
 
-  /// State at time t from temperatures of the owned points; walls are not yet imposed.
+  /// State at time t from temperatures of the owned points; walls are not yet imposed. Collective.
   State start(double t, std::span<const double> T_owned) const;
+  /// Temperatures of the owned points from the unknowns, K. Valid until the next call. Collective.
+  std::span<const double> values(std::span<double> T) const;
+  /// Are the unknowns temperatures of points that hold their own heat? Explicit integrators need that.
+  bool is_nodal() const;
 
   /// F_i = net heat into every owned point by conduction, wall fluxes and sources, W (prescribed points too: without
   /// their reaction; 0 at algebraic wall points); power[a] = this rank's share by account a, W, without reactions.
   /// Updates the ghosts of T. Collective; throws Error on all ranks alike.
   void rate(double t, std::span<double> T, std::span<double> F, std::span<double> power) const;
 
-  void energy(std::span<const double> T, std::span<double> E) const;       ///< owned points, J
-  void capacity(std::span<const double> T, std::span<double> C) const;     ///< dE/dT, owned points, J/K
-  void temperature(std::span<const double> E, std::span<double> T) const;  ///< inverse of energy; T holds a guess
+  // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of T up to date.
+  void energy(std::span<const double> T, std::span<double> E) const;
+  void capacity(std::span<const double> T, std::span<double> C) const;
+  /// Inverse of energy; T holds a guess. Leaves T as it is unless is_nodal(): an implicit step knows it already.
+  void temperature(std::span<const double> E, std::span<double> T) const;
 
   /// Sets prescribed points to their temperature at time t, books the heat that this takes (the reaction) and solves
   /// algebraic wall rows. Call it at t = 0 and after every stage or step that advanced E by F. Collective.
@@ -56,12 +72,13 @@ class HeatSystem {
   std::span<const int> prescribed() const;
   void prescribed_temperatures(double t, std::span<double> T) const;  ///< writes T at those points only
 
-  /// F as a residual for Newton: prescribed points give 0, algebraic wall points their row (W).
+  /// F as a residual for Newton: algebraic wall points give their row (W), prescribed points the violation of their
+  /// temperature times the capacity of their cell (J), which is 0 in nodal systems, where they are set.
   void residual(double t, std::span<double> T, std::span<double> R) const;
   /// An AIJ matrix with the right pattern and layout; the caller owns it.
   Mat create_jacobian() const;
-  /// J = capacity_factor * dE/dT - rate_factor * d residual / dT; identity rows (and empty columns) at prescribed
-  /// points. Exact. Collective.
+  /// J = capacity_factor * dE/dT - rate_factor * dF/dT, for prescribed points minus the derivative of their residual;
+  /// in nodal systems identity rows (and empty columns) there. Exact. Collective.
   void jacobian(double t, std::span<double> T, double capacity_factor, double rate_factor, Mat J) const;
   bool jacobian_is_constant() const;  ///< nothing depends on T (and k not on time)
   bool jacobian_is_symmetric() const;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solve/heat_system.hpp"
+#include "solve/point_values.hpp"
 #include "solve/wall_rows.hpp"
 
 namespace calor {
@@ -17,12 +18,13 @@ enum class Role : char {
 };
 
 struct HeatSystem::Parts {
-  Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites, MaterialField material, Conditions conditions,
+  Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites, SystemMaterial material, Conditions conditions,
         std::vector<std::unique_ptr<Source>> sources);
 
   const Cloud& cloud;
   std::unique_ptr<FluxSites> sites;
-  MaterialField material;
+  SystemMaterial fields;
+  const MaterialField& material;  ///< fields.points
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
 
@@ -30,16 +32,28 @@ struct HeatSystem::Parts {
   std::vector<Role> role;       ///< of all local points
   std::vector<int> prescribed;  ///< owned points, ascending
   std::unique_ptr<AlgebraicWalls> walls;
+  std::unique_ptr<PointValues> point_values;  ///< null: the unknowns are temperatures
+  bool is_nodal = true;
 
-  /// Conductivity at all local points at (t, T), T with valid ghosts: theta or k for the rate and the flux vector, k
-  /// for bounds, k and dk/dT for Jacobians. Not collective: may throw on one rank alone.
+  /// Temperatures of the owned points; T with valid ghosts.
+  std::span<const double> values(std::span<const double> T);
+  /// Enthalpies or capacities of the owned points' cells; either may be empty. Not collective.
+  void hold(std::span<const double> T, std::span<double> E, std::span<double> C);
+
+  /// Conductivity where the sites want it at (t, T), T with valid ghosts: theta or k for the rate and the flux vector,
+  /// k for bounds, k and dk/dT for Jacobians. Not collective: may throw on one rank alone.
   enum class For { rate, bound, jacobian };
   Conductivity conductivity(double t, std::span<const double> T, For purpose);
 
   /// Conduction, surface fluxes and sources, without halo update. Not collective.
   void add_rate(double t, std::span<const double> T, std::span<double> F, std::span<double> power);
-  /// diagonal[i] += d/dT of surface fluxes and sources into point i, W/K. Not collective.
+  /// diagonal[i] += d/dT(x_i) of surface fluxes and sources into point i, W/K. Not collective.
   void add_exchange_derivative(double t, std::span<const double> T, std::span<double> diagonal);
+
+  /// The residuals of prescribed points: 0, or in systems that are not nodal (T* - T(x_i)) C_i. Not collective.
+  void constrain(double t, std::span<const double> T, std::span<double> R);
+  /// Sets the unknowns so that prescribed points have their temperature. Collective.
+  void meet_constraints(double t, std::span<double> T);
 
   /// Fills held_E with the enthalpies of the prescribed points at T. Not collective.
   void hold_prescribed(std::span<const double> T);
@@ -56,13 +70,19 @@ struct HeatSystem::Parts {
   std::vector<std::vector<int>> place;  ///< for every prescribed term: where its points are in `prescribed`
 
   std::vector<double> scratch, kept_T;
+  std::vector<double> constraint_scale;  ///< J/K, of `prescribed`; empty in nodal systems
+
+  /// Rows of free points get the derivative of capacity and exchange, those of prescribed points their constraint: for
+  /// unknowns that are not nodal. Not collective.
+  void add_rows(std::span<const double> T, double capacity_factor, std::span<const double> exchange, double rate_factor,
+                Mat J);
 
  private:
   /// Calls use(f, term, q) with the fluxes of surface term f, W/m^2, or dq/dT; one value a patch.
   template <class Use>
   void for_each_surface_term(double t, std::span<const double> T, bool derivative, const Use& use);
 
-  std::vector<double> k_, dk_dT_, theta_;
+  std::vector<double> k_, dk_dT_, theta_, T_conduction_, T_capacity_, H_capacity_, T_values_;
   bool k_is_known_ = false;  ///< and does not change
   std::vector<double> surface_T_, surface_q_, surface_dq_, source_power_, wall_exchange_[2];
   std::vector<double> base_T_, base_E_, base_C_;  ///< of `prescribed`, where the capacity is constant
@@ -70,6 +90,7 @@ struct HeatSystem::Parts {
 
 template <class Use>
 void HeatSystem::Parts::for_each_surface_term(double t, std::span<const double> T, bool derivative, const Use& use) {
+  if (!conditions.fluxes.empty()) T = values(T);
   for (std::size_t f = 0; f < conditions.fluxes.size(); ++f) {
     const SurfaceTerm& term = conditions.fluxes[f];
     const std::size_t n = term.point.size();

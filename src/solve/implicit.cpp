@@ -15,10 +15,10 @@ StageSolver::StageSolver(const HeatSystem& system)
       newton_(system,
               {.residual =
                    [this](std::span<double> T, std::span<double> R) {
+                     system_.residual(t_, T, F_);  // updates the ghosts of T
                      system_.energy(T, R);
-                     system_.residual(t_, T, F_);
                      for (std::size_t i = 0; i < R.size(); ++i) R[i] -= gamma_dt_ * F_[i] + known_[i];
-                     for (int i : system_.prescribed()) R[i] = 0;
+                     for (int i : system_.prescribed()) R[i] = -F_[i];
                    },
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); }},
               false),
@@ -34,7 +34,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   const bool is_constant = system_.jacobian_is_constant();
   if (std::abs(gamma_dt - gamma_dt_) > 1e-12 * gamma_dt) newton_.renew_jacobian();
   t_ = t, gamma_dt_ = gamma_dt, known_ = known;
-  system_.prescribed_temperatures(t, T);
+  if (system_.is_nodal()) system_.prescribed_temperatures(t, T);
   if (rate_bound_ == 0 || !is_constant) rate_bound_ = system_.rate_bound(t, T);
 
   const std::size_t owned = known.size();

@@ -15,15 +15,16 @@ struct IntegratorKind {
   std::string name;
   std::unique_ptr<Integrator> (*make)(const StepOptions&);
   bool is_adaptive;  ///< chooses its steps where the case gives none
+  bool is_explicit;
 };
 
 /// One line per integrator.
 const std::vector<IntegratorKind>& kinds() {
-  static const std::vector<IntegratorKind> all = {{"euler", make_euler, true},
-                                                  {"rkl2", make_rkl2, true},
-                                                  {"backward-euler", make_backward_euler, false},
-                                                  {"crank-nicolson", make_crank_nicolson, false},
-                                                  {"tr-bdf2", make_tr_bdf2, true}};
+  static const std::vector<IntegratorKind> all = {{"euler", make_euler, true, true},
+                                                  {"rkl2", make_rkl2, true, true},
+                                                  {"backward-euler", make_backward_euler, false, false},
+                                                  {"crank-nicolson", make_crank_nicolson, false, false},
+                                                  {"tr-bdf2", make_tr_bdf2, true, false}};
   return all;
 }
 
@@ -36,13 +37,14 @@ std::string automatic(const Table& time, const HeatSystem& system, double bound)
   if (system.has_algebraic_walls()) return "euler";
   constexpr double many = 1e5;
   const double euler_steps = time.number("end") * bound / 2;
-  return system.cloud().dimension == 1 || euler_steps > many ? "tr-bdf2" : "rkl2";
+  return system.cloud().dimension == 1 || euler_steps > many || !system.is_nodal() ? "tr-bdf2" : "rkl2";
 }
 
 /// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
 void check_step(const Table& time, const HeatSystem& system, State& start, double step, double bound) {
   if (step * bound <= 2 * (1 + 1e-9)) return;
-  const double limit = 2 / system.largest_rate(start.t, start.T);
+  const bool is_symmetric = system.sites().symmetric(system.material().mean(), false);
+  const double limit = 2 / (is_symmetric ? system.largest_rate(start.t, start.T) : bound);
   if (step > limit)
     time.refuse("step",
                 fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
@@ -71,6 +73,11 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
     time.refuse("integrator",
                 fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
                 "take integrator = \"euler\", or correction = \"consistent\"");
+
+  if (kind.is_explicit && !system.is_nodal())
+    time.refuse("integrator",
+                fmt::format("{} needs points that hold their own heat; those of this method share it", kind.name),
+                "take integrator = \"tr-bdf2\" or \"crank-nicolson\", or mlpg.flux = \"edge-stabilised\"");
 
   StepOptions options;
   for (const char* key : {"step", "tolerance"}) {

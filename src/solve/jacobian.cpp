@@ -11,13 +11,17 @@
 namespace calor {
 namespace {
 
-/// Adds factor * values to a matrix. Rows of other kinds than `wanted` and columns of prescribed points are left out.
+/// Adds factor * values to a matrix. Rows of other kinds than `wanted` are left out, and columns of prescribed points
+/// where their unknowns are known.
 class ScaledEntries final : public JacobianEntries {
  public:
-  ScaledEntries(const Cloud& cloud, const std::vector<Role>& role, Role wanted, double factor, Mat matrix)
+  ScaledEntries(const Cloud& cloud, const std::vector<Role>& role, Role wanted, bool prescribed_is_known, double factor,
+                Mat matrix)
       : role_(role), wanted_(wanted), factor_(factor), matrix_(matrix), number_(cloud.local()) {
-    for (int i = 0; i < cloud.local(); ++i)
-      number_[i] = role[i] == Role::prescribed ? -1 : static_cast<PetscInt>(cloud.global[i]);  // PETSc skips -1
+    for (int i = 0; i < cloud.local(); ++i) {
+      const bool skip = prescribed_is_known && role[i] == Role::prescribed;
+      number_[i] = skip ? -1 : static_cast<PetscInt>(cloud.global[i]);  // PETSc skips -1
+    }
   }
 
   void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
@@ -43,15 +47,16 @@ class ScaledEntries final : public JacobianEntries {
 Mat HeatSystem::create_jacobian() const {
   const Parts& parts = *parts_;
   const Cloud& cloud = parts.cloud;
+  const bool prescribed_is_known = !parts.point_values;
   std::vector<PetscInt> diagonal(cloud.owned, 1), off_diagonal(cloud.owned, 0);
   const auto count = [&](int i, std::span<const std::int32_t> columns) {
     for (std::int32_t j : columns) {
-      if (j == i || parts.role[j] == Role::prescribed) continue;
+      if (j == i || (prescribed_is_known && parts.role[j] == Role::prescribed)) continue;
       ++(j < cloud.owned ? diagonal : off_diagonal)[i];
     }
   };
   for (int i = 0; i < cloud.owned; ++i)
-    if (parts.role[i] == Role::free) count(i, parts.sites->coupled(i));
+    if (parts.role[i] == Role::free || !prescribed_is_known) count(i, parts.sites->coupled(i));
   if (parts.walls) {
     const WallRows& rows = parts.walls->rows();
     for (std::size_t n = 0; n < rows.point.size(); ++n)
@@ -81,16 +86,21 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
   const Cloud& cloud = parts.cloud;
   cloud.halo.update(T);
   std::vector<double> C(cloud.owned), exchange(cloud.owned);
-  if (capacity_factor != 0) capacity(T, C);
+  const bool prescribed_is_known = !parts.point_values;
+  if (capacity_factor != 0 && parts.is_nodal) capacity(T, C);
   together(cloud.comm, [&] {
     MatZeroEntries(J);
     const Conductivity k = parts.conductivity(t, T, exact ? Parts::For::jacobian : Parts::For::bound);
-    ScaledEntries free_rows(cloud, parts.role, Role::free, -rate_factor, J);
+    ScaledEntries free_rows(cloud, parts.role, Role::free, prescribed_is_known, -rate_factor, J);
     parts.sites->add_jacobian(k, T, free_rows);
     parts.add_exchange_derivative(t, T, exchange);
     if (parts.walls) {
-      ScaledEntries wall_rows(cloud, parts.role, Role::wall, -rate_factor, J);
+      ScaledEntries wall_rows(cloud, parts.role, Role::wall, prescribed_is_known, -rate_factor, J);
       parts.walls->add_jacobian(k, T, parts.wall_exchange(t, T, true), wall_rows);
+    }
+    if (!parts.is_nodal) {
+      parts.add_rows(T, capacity_factor, exchange, rate_factor, J);
+      return;
     }
     for (int i = 0; i < cloud.owned; ++i) {
       const auto row = static_cast<PetscInt>(cloud.global[i]);
@@ -102,6 +112,48 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
   });
   MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY);
   MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY);
+}
+
+void HeatSystem::Parts::add_rows(std::span<const double> T, double capacity_factor, std::span<const double> exchange,
+                                 double rate_factor, Mat J) {
+  const bool prescribed_is_known = !point_values;
+  ScaledEntries free_rows(cloud, role, Role::free, prescribed_is_known, 1, J);
+  ScaledEntries constraints(cloud, role, Role::prescribed, false, 1, J);
+  std::vector<double> scaled;
+  const auto add = [&](JacobianEntries& to, int i, const SparseRows& rows, std::size_t r, double factor) {
+    scaled.assign(rows.value.begin() + rows.row[r], rows.value.begin() + rows.row[r + 1]);
+    for (double& value : scaled) value *= factor;
+    to.add(i, {rows.column.data() + rows.row[r], scaled.size()}, scaled);
+  };
+  const auto add_own = [&](JacobianEntries& to, std::int32_t i, double value) { to.add(i, {&i, 1}, {&value, 1}); };
+
+  const CellPlaces* places = sites->capacity_places();
+  std::vector<double> rho_c(places ? 0 : cloud.owned);
+  if (capacity_factor != 0 && places) {
+    T_capacity_.resize(places->x.size()), H_capacity_.resize(places->x.size());
+    places->phi.apply(T, T_capacity_);
+    fields.capacity->enthalpy(T_capacity_, {}, H_capacity_);
+  } else if (capacity_factor != 0) {
+    material.enthalpy(values(T), {}, rho_c);
+  }
+  std::size_t n = 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (role[i] == Role::prescribed) {
+      if (point_values)
+        add(constraints, i, point_values->phi(), i, constraint_scale[n++]);
+      else
+        add_own(constraints, i, 1);
+      continue;
+    }
+    if (capacity_factor != 0 && places)
+      for (std::int64_t q = places->cell[i]; q < places->cell[i + 1]; ++q)
+        add(free_rows, i, places->phi, q, capacity_factor * places->volume[q] * H_capacity_[q]);
+    const double own = (places ? 0 : capacity_factor * cloud.volume[i] * rho_c[i]) - rate_factor * exchange[i];
+    if (point_values)
+      add(free_rows, i, point_values->phi(), i, own);
+    else
+      add_own(free_rows, i, own);
+  }
 }
 
 bool HeatSystem::jacobian_is_constant() const {

@@ -17,7 +17,53 @@ void HeatSystem::prescribed_temperatures(double t, std::span<double> T) const {
   }
 }
 
+void HeatSystem::Parts::constrain(double t, std::span<const double> T, std::span<double> R) {
+  for (int i : prescribed) R[i] = 0;
+  if (!point_values) return;
+  const std::span<const double> T_here = values(T);
+  std::vector<double> wanted;
+  for (std::size_t m = 0; m < conditions.temperatures.size(); ++m) {
+    const PrescribedTerm& term = conditions.temperatures[m];
+    wanted.resize(term.x.size());
+    term.temperature.evaluate({.x = term.x, .t = t}, wanted);
+    for (std::size_t n = 0; n < wanted.size(); ++n) {
+      const int i = term.point[n];
+      R[i] += constraint_scale[place[m][n]] * term.share[n] * (wanted[n] - T_here[i]);
+    }
+  }
+}
+
+void HeatSystem::Parts::meet_constraints(double t, std::span<double> T) {
+  cloud.halo.update(T);
+  if (constraint_scale.empty()) {
+    std::vector<double> C(cloud.owned);
+    together(cloud.comm, [&] { hold(T, {}, C); });
+    for (int i : prescribed) constraint_scale.push_back(C[i]);
+  }
+  std::vector<double> violation(cloud.owned);
+  together(cloud.comm, [&] { constrain(t, T, violation); });
+  const std::span<const double> T_here = values(T);
+  double largest = 0, hottest = 0;
+  for (std::size_t n = 0; n < prescribed.size(); ++n) {
+    violation[prescribed[n]] /= constraint_scale[n];
+    largest = std::max(largest, std::abs(violation[prescribed[n]]));
+    hottest = std::max(hottest, std::abs(T_here[prescribed[n]]));
+  }
+  constexpr double as_newton_leaves_it = 1e-9;
+  if (max(cloud.comm, largest) <= as_newton_leaves_it * max(cloud.comm, hottest)) return;
+  std::vector<double> wanted(T_here.begin(), T_here.end());
+  for (int i : prescribed) wanted[i] += violation[i];
+  point_values->unknowns(wanted, T);
+  cloud.halo.update(T);
+}
+
 void HeatSystem::Parts::hold_prescribed(std::span<const double> T) {
+  if (!is_nodal) {
+    std::vector<double> E(cloud.owned);
+    hold(T, E, {});
+    for (std::size_t n = 0; n < prescribed.size(); ++n) held_E[n] = E[prescribed[n]];
+    return;
+  }
   const bool is_linear = !material.capacity_depends_on_T();
   if (is_linear && !base_E_.empty()) {
     for (std::size_t n = 0; n < prescribed.size(); ++n)
@@ -36,12 +82,13 @@ void HeatSystem::Parts::hold_prescribed(std::span<const double> T) {
 
 void HeatSystem::impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const {
   Parts& parts = *parts_;
+  if (parts.point_values) parts.meet_constraints(t, T);
   if (!parts.prescribed_is_held) {
     together(parts.cloud.comm, [&] {
-      prescribed_temperatures(t, T);
+      if (!parts.point_values) prescribed_temperatures(t, T);
       parts.hold_prescribed(T);
     });
-    parts.prescribed_is_held = parts.prescribed_is_constant;
+    parts.prescribed_is_held = parts.is_nodal && parts.prescribed_is_constant;
     parts.held_T.clear();
     for (int i : parts.prescribed) parts.held_T.push_back(T[i]);
   }

@@ -1,0 +1,33 @@
+#pragma once
+// Unknowns whose values at the points are not themselves: T(x_i) = sum_J Phi_iJ T_J (moving least squares does not
+// interpolate).
+#include <petscksp.h>
+
+#include <span>
+
+#include "cloud/cloud.hpp"
+#include "method/flux_sites.hpp"
+
+namespace calor {
+
+class PointValues {
+ public:
+  /// `phi`: one row an owned point. Both must outlive this. Collective.
+  PointValues(const Cloud& cloud, const SparseRows& phi);
+  ~PointValues();
+  PointValues(const PointValues&) = delete;
+  PointValues& operator=(const PointValues&) = delete;
+
+  const SparseRows& phi() const { return phi_; }
+  /// Solves Phi T = values for the owned unknowns. Throws Error(numbers) on all ranks where that fails. Collective.
+  void unknowns(std::span<const double> values, std::span<double> T) const;
+
+ private:
+  const Cloud& cloud_;
+  const SparseRows& phi_;
+  Mat matrix_ = nullptr;
+  Vec right_ = nullptr, solution_ = nullptr;
+  KSP solver_ = nullptr;
+};
+
+}  // namespace calor
