@@ -38,6 +38,10 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | a formula | `{ formula = "exp(B*x)", unit = "W/(m K)", length = "m", time = "s", temperature = "K", breaks = ["1 s"] }` |
 | a table | `{ table = [[300, 20.1], [400, 18]], of = "temperature", unit = "W/(m K)", temperature = "K", interpolation = "linear" }` |
 | a table in a file | `{ file = "k.csv", of = "temperature", interpolation = "cubic" }` |
+| a table along a coordinate | `{ table = [[0, 0.1], [10, 0.3]], along = "y", length = "mm" }` |
+| a power law | `{ power = 2, along = "y", from = "0 mm", to = "10 mm", values = [0, 1] }` |
+| an exponential law | `{ exponential = 3, along = "r", from = "0 mm", to = "10 mm", values = ["1 W/(m K)", "2 W/(m K)"] }` |
+| a hump | `{ hump = [1, 1], factor = 0.4, along = "y", from = "0 mm", to = "10 mm" }` |
 | layers | `{ layers = [0.2, 0.15], along = "z", thickness = ["1 mm", "2 mm"], start = "0 mm", unit = "W/(m K)" }` |
 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
@@ -45,8 +49,15 @@ in `[parameter]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition
 cos, tan, abs, min, max, pow, mod, floor and erf. `length`, `time` and `temperature` are the units of its variables (default m, s, K);
 `breaks` are the times at which it jumps: steps land on them.
 
-A table goes by temperature or by time (`of`; a table of temperatures goes by time unless it says otherwise), its rows ascend, and outside of them the value at the
-end holds. `interpolation` is `"linear"` or `"cubic"` (monotone). A file has two columns with units in its header, `T [K],k [W/(m K)]`.
+A table goes by temperature or by time: `of` tells. Without it the unit `temperature` or `time` of its rows does; otherwise
+properties go by temperature and temperatures by time, and heat flows must tell. With `along` it goes by a coordinate x, y, z
+or r in `length`. Rows ascend, and outside of them the value at the end holds. `interpolation` is `"linear"` or `"cubic"`
+(monotone). A file has two columns with units in its header, `T [K],k [W/(m K)]`.
+
+A law changes the value along x, y, z or r between two places, with s = (coordinate - from)/(to - from) and the values at
+the ends outside: `power = M` means first + (last - first) s^M, `exponential = B` means
+first + (last - first) (e^(B s) - 1)/(e^B - 1), both with `values = [first, last]` (default [0, 1] where there is no unit);
+`hump = [n, z]` means factor s^n (1 - s)^z. A variant or KEY=VALUE may change one number of a law.
 
 Layers lie on top of each other along an axis from `start` upwards; `thickness` is one for all or one a layer.
 
@@ -69,7 +80,9 @@ std::string title(const Section& section) {
   if (is_list) path.resize(path.size() - 2);
   std::string header = path.empty() ? "top of the file" : code((is_list ? "[[" : "[") + path + (is_list ? "]]" : "]"));
   if (!section.when_key.empty())
-    header += fmt::format(" with {}", code(fmt::format("{} = \"{}\"", section.when_key, section.when_value)));
+    header += fmt::format(" with {}", code(section.when_value.empty()
+                                               ? section.when_key
+                                               : fmt::format("{} = \"{}\"", section.when_key, section.when_value)));
   return header;
 }
 

@@ -60,6 +60,10 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
 int main(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
   spdlog::set_pattern("%v");
+  spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only
+  const auto terminal = spdlog::default_logger()->sinks().front();
+  terminal->set_level(spdlog::level::info);
+  spdlog::flush_on(spdlog::level::debug);
   CLI::App app{"calor computes temperatures in solids without a mesh.", "calor"};
   app.set_version_flag("--version", "calor " CALOR_VERSION);
   app.require_subcommand(1);
@@ -92,6 +96,7 @@ int main(int argc, char** argv) {
     return static_cast<int>(Fault::command);
   }
 
+  if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
   try {
     if (*fresh) return new_case(a.name);
     if (*doc) {
@@ -108,7 +113,7 @@ int main(int argc, char** argv) {
         else if (!word.starts_with("-j"))
           words.push_back(word);
       }
-      launch(a.ranks, words);
+      return launch(a.ranks, words);
     }
   } catch (const Error& e) {
     fmt::print(stderr, "{}\n", e.what());

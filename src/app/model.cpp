@@ -1,9 +1,12 @@
 #include "app/model.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
 #include "base/parallel.hpp"
+#include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "solve/initial.hpp"
 
@@ -36,9 +39,27 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   return {.low = low, .high = high, .reference = driving_mean};
 }
 
+/// Refuses [output] keys that make no sense. `end` of the run, s.
+void check_output(const Table& output, double end) {
+  if (output.integer("samples") < 1)
+    output.refuse("samples", fmt::format("{} samples", output.integer("samples")), "give at least 1");
+  if (output.has("every") && !(output.number("every") > 0))
+    output.refuse("every", fmt::format("a time of {} s is not positive", output.number("every")),
+                  "give a positive one");
+  for (double t : output.has("times") ? output.numbers("times") : std::vector<double>{})
+    if (!(t >= 0 && t <= end * (1 + 1e-12)))
+      output.refuse("times", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),
+                    "leave it out, or choose a later end of [time]");
+}
+
 double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
   return dot(cloud.comm, T, std::span(cloud.volume).first(T.size())) /
          sum(cloud.comm, std::span(cloud.volume).first(T.size()));
+}
+
+double number(const MethodReport& report, const std::string& name) {
+  const auto found = report.find(name);
+  return found == report.end() ? 0 : found->second;
 }
 
 }  // namespace
@@ -56,12 +77,20 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   Model m{.description = c, .cloud = nullptr, .weights = {}, .notes = {}, .system = nullptr, .T_start = {}};
   const Method& method = chosen_method(c);
   const bool steady = is_steady(c);
-  phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, method.reach(c))); });
-  Conditions conditions = make_conditions(c, *m.cloud);
-  std::vector<std::unique_ptr<Source>> sources = make_sources(c, *m.cloud);
+  if (!steady) check_output(c.section("output"), c.section("time").number("end"));
+  const Place cloud_place = c.section("cloud").place(c.section("cloud").has("file") ? "file" : "shape");
+  Support reach = method.reach(c);
+  if (has_cracks(c)) reach.over_spacing = std::max(reach.over_spacing, crack_reach);
+  located(cloud_place,
+          [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, reach)); }); });
+  Conditions conditions;
+  std::vector<std::unique_ptr<Source>> sources;
+  phases.measure("conditions", [&] {
+    conditions = make_conditions(c, *m.cloud);
+    sources = make_sources(c, *m.cloud);
+    m.T_start = initial_temperatures(c, *m.cloud);
+  });
   m.notes = conditions.notes;
-
-  m.T_start = initial_temperatures(c, *m.cloud);
   double driving_mean = 0;
   TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
   if (!c.root().has("initial")) {
@@ -74,12 +103,41 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 
   std::unique_ptr<FluxSites> sites;
   SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
-  phases.measure("weights", [&] { sites = method.build(c, *m.cloud, m.weights); });
+  located(cloud_place,
+          [&] { phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, m.weights); }); });
   if (const Places* at = sites->conduction_places()) material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
   if (const Places* at = sites->capacity_places()) material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
+  if (const double negative = number(m.weights, "negative_weights"); negative > 0)
+    m.notes.push_back(
+        fmt::format("{:g} of {:g} weights of pairs are negative, the lowest {:.2g} times the mean: temperatures may "
+                    "slightly leave the range of the data",
+                    negative, number(m.weights, "pairs"), number(m.weights, "most_negative_weight")));
   m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(sites), std::move(material), std::move(conditions),
                                           std::move(sources));
+  if (steady && !m.system->level_is_fixed())
+    c.root().refuse(
+        "steady", "nothing fixes the level of a steady temperature",
+        "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]");
   return m;
+}
+
+Start start(const Model& m) {
+  const HeatSystem& system = *m.system;
+  try {
+    Start s{.state = system.start(0, m.T_start), .E_before_walls = {}};
+    s.E_before_walls = s.state.E;
+    system.impose(0, s.state.T, s.state.E, s.state.exchanged);
+    const std::span<const double> T = system.values(s.state.T);
+    together(m.cloud->comm, [&] {
+      std::vector<double> value(T.size());
+      system.material().conductivity(0, T, value, {});
+      system.material().enthalpy(T, {}, value);
+    });
+    return s;
+  } catch (const Error& e) {
+    if (e.fault() != Fault::numbers) throw;
+    throw Error(Fault::bad_case, e.place(), e.problem(), e.cure());  // nothing has run: the case itself is wrong
+  }
 }
 
 }  // namespace calor

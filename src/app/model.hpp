@@ -24,6 +24,14 @@ struct Model {
 /// Builds everything up to the heat system. Collective; throws Error.
 Model build_model(const Case& c, MPI_Comm comm, Phases& phases);
 
+struct Start {
+  State state;                         ///< at t = 0, walls imposed
+  std::vector<double> E_before_walls;  ///< owned points, J: the energy balance counts from here
+};
+
+/// The state in which a run begins. Refuses material properties that are wrong from the start. Collective.
+Start start(const Model& model);
+
 /// Is the case steady (a [steady] section) or transient ([time])? Throws Error when it is neither or both.
 bool is_steady(const Case& c);
 

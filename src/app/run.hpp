@@ -26,7 +26,8 @@ struct RunResult {
 /// Runs a case. Collective; throws Error.
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options);
 
-/// Lets SIGINT and SIGTERM end a run after the current step, with everything written so far readable.
+/// Lets SIGINT and SIGTERM (and SIGUSR1, which mpiexec passes on) end a run after the current step, with everything
+/// written so far readable.
 void catch_interrupts();
 
 }  // namespace calor

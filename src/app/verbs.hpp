@@ -19,7 +19,8 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
 /// Writes a commented starter case to NAME.toml. Never overwrites.
 int new_case(const std::string& name);
 
-/// Starts `ranks` copies of this command under mpiexec, without -j. Returns only by throwing Error.
-[[noreturn]] void launch(int ranks, const std::vector<std::string>& arguments);
+/// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT and SIGTERM end the run after the current
+/// step. Returns the exit code; throws Error(command) where there is no mpiexec.
+int launch(int ranks, const std::vector<std::string>& arguments);
 
 }  // namespace calor

@@ -25,6 +25,7 @@ std::vector<std::string> case_files(const std::vector<std::string>& paths) {
     for (const auto& entry : std::filesystem::recursive_directory_iterator(path))
       if (entry.path().extension() == ".toml") files.push_back(entry.path().string());
   }
+  if (files.empty()) throw Error(Fault::file, {paths.front()}, "there is no case (*.toml) in it", "check the path");
   std::ranges::sort(files);
   return files;
 }

@@ -29,16 +29,20 @@ CsvColumn parse_column(std::string_view head) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& path, int part, int parts) : path_(path), in_(path, std::ios::binary) {
+CsvReader::CsvReader(const std::string& path, const Place& named, int part, int parts)
+    : path_(path), in_(path, std::ios::binary) {
   in_.seekg(0, std::ios::end);
   const std::int64_t size = in_ ? static_cast<std::int64_t>(in_.tellg()) : -1;
   // A folder opens too; its size is no size.
   if (size < 0 || size == std::numeric_limits<std::int64_t>::max())
-    throw Error(Fault::file, Place{.file = path_}, "cannot be read", "check the name and the permissions");
+    throw named.file.empty()
+        ? Error(Fault::file, Place{.file = path_}, "cannot be read", "check the name and the permissions")
+        : Error(Fault::file, named, fmt::format("the file \"{}\" cannot be read", path_),
+                "check the name and the permissions");
   in_.seekg(0);
   end_ = size;
   if (!next_line())
-    throw Error(Fault::bad_case, Place{.file = path_}, "the file is empty",
+    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, "the file is empty",
                 "the first line names the columns: x [m],T [K]");
   if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
   split();
@@ -47,7 +51,8 @@ CsvReader::CsvReader(const std::string& path, int part, int parts) : path_(path)
   offset_.assign(columns_.size(), 0);
   const std::int64_t rows = after_;
   if (!next_line())
-    throw Error(Fault::bad_case, Place{.file = path_}, "the file has a header but no rows", "add rows of numbers");
+    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, "the file has a header but no rows",
+                "add rows of numbers");
 
   const std::int64_t begin = rows + (size - rows) * part / parts;
   end_ = rows + (size - rows) * (part + 1) / parts;

@@ -18,8 +18,9 @@ struct CsvColumn {
 class CsvReader {
  public:
   /// Reads part `part` of `parts` of the rows (split by bytes: every row belongs to exactly one part, in order).
-  /// Throws Error(file) when the file cannot be read, Error(bad_case) when it has no header or no rows at all.
-  explicit CsvReader(const std::string& path, int part = 0, int parts = 1);
+  /// Throws Error(file) when the file cannot be read, at `named`, where the case names it, if that is known;
+  /// Error(bad_case) when it has no header or no rows at all.
+  explicit CsvReader(const std::string& path, const Place& named = {}, int part = 0, int parts = 1);
 
   const std::vector<CsvColumn>& columns() const { return columns_; }
   /// Index of a column, -1 where there is none.

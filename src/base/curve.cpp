@@ -169,10 +169,11 @@ constexpr std::int64_t most_knots = 10'000'000;
 class Samples final : public Curve::Knots {
  public:
   Samples(std::function<double(double)> f, double lo, double hi) : f_(std::move(f)) {
-    // At least 8 intervals over [lo, hi]; where that is next to nothing, intervals of a thousandth of the temperature.
-    const double level = std::max(std::abs(lo), std::abs(hi));
-    const double width = std::max(hi - lo, (level > 0 ? level : 1) / 128);
-    double step = std::exp2(std::floor(std::log2(width / 8)));
+    // Intervals of a few thousandths of the temperature at most, however smooth f is over [lo, hi]: outside it may have
+    // a peak. At least 8 over [lo, hi] where that is more than next to nothing.
+    const double largest = std::max(std::abs(lo), std::abs(hi)), level = largest > 0 ? largest : 1;
+    const double width = std::max(hi - lo, level / 128);
+    double step = std::exp2(std::floor(std::log2(std::min(width / 8, level / 256))));
     while (!fine_enough(step, lo, hi) && width / (step / 2) <= finest) step /= 2;
     per_step_ = 1 / step;
     step_ = step;

@@ -36,4 +36,15 @@ class Error : public std::runtime_error {
   std::string problem_, cure_;
 };
 
+/// Calls `work`. An Error that it throws without a place gets this one.
+template <class Work>
+auto located(const Place& place, const Work& work) {
+  try {
+    return work();
+  } catch (const Error& e) {
+    if (!e.place().file.empty()) throw;
+    throw Error(e.fault(), place, e.problem(), e.cure());
+  }
+}
+
 }  // namespace calor

@@ -158,6 +158,24 @@ class Layers final : public Function::Kind {
   double tolerance_ = 0;
 };
 
+class OfCoordinate final : public Function::Kind {
+ public:
+  OfCoordinate(char axis, Profile profile, const Place& place)
+      : Kind({.place = true}, place), axis_(axis), profile_(std::move(profile)) {}
+
+  void evaluate(const Arguments& args, std::span<double> out) const override {
+    std::vector<double> coordinate(out.size());
+    for (std::size_t i = 0; i < out.size(); ++i)
+      coordinate[i] = axis_ == 'r' ? std::hypot(args.x[i].x, args.x[i].y) : args.x[i][axis_ - 'x'];
+    profile_(coordinate, out);
+  }
+  std::string name() const override { return std::string("the law along ") + axis_; }
+
+ private:
+  char axis_;
+  Profile profile_;
+};
+
 class Callback final : public Function::Kind {
  public:
   using Evaluate = std::function<void(const Arguments&, std::span<double>)>;
@@ -183,7 +201,7 @@ void check_finite(const Function::Kind& kind, const Arguments& args, std::span<c
   // A temperature that is not finite comes from the run, not from the case.
   const bool argument_finite = i >= args.T.size() || std::isfinite(args.T[i]);
   throw Error(argument_finite ? kind.fault() : Fault::numbers, kind.place,
-              fmt::format("{}{} is {} at {}", kind.name(), what, *bad, where),
+              fmt::format("{}{} is {} at {}", kind.name(), what, std::isnan(*bad) ? NAN : *bad, where),
               argument_finite ? "a division by zero or a value out of range: make it finite there"
                               : "the temperatures went wrong before: look for the first point where they did");
 }
@@ -227,6 +245,10 @@ Function Function::of_time(Curve curve, const Place& place) {
 Function Function::layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
                           const Place& place) {
   return Function(std::make_shared<Layers>(axis, start, thickness, std::move(values), place));
+}
+
+Function Function::of_coordinate(char axis, Profile profile, const Place& place) {
+  return Function(std::make_shared<OfCoordinate>(axis, std::move(profile), place));
 }
 
 Function Function::callback(std::function<void(const Arguments&, std::span<double>)> f, Dependence on) {

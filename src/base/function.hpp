@@ -11,6 +11,7 @@
 
 #include "base/curve.hpp"
 #include "base/error.hpp"
+#include "base/profile.hpp"
 #include "base/vec3.hpp"
 
 namespace calor {
@@ -45,6 +46,8 @@ class Function {
   /// thinnest layer) the mean of the two layers; a point outside all layers is an Error(bad_case) when evaluated.
   static Function layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
                          const Place& place = {});
+  /// Of one coordinate: 'x', 'y', 'z' or 'r' = sqrt(x^2 + y^2).
+  static Function of_coordinate(char axis, Profile profile, const Place& place = {});
   /// For users of the library. `f` fills out[i] from the arguments; state what it depends on.
   struct Dependence {
     bool place = false, time = false, temperature = false;

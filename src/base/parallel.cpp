@@ -169,6 +169,7 @@ int size_of(MPI_Comm comm) {
 double sum(MPI_Comm comm, std::span<const double> values) { return sums(comm, values, 1)[0]; }
 
 std::vector<double> sums(MPI_Comm comm, std::span<const double> values, int columns) {
+  if (columns == 0) return {};
   return reproducible_sums(comm, values.size() / columns, columns,
                            [&](int column, std::size_t begin, std::size_t count, double* out) {
                              const double* in = values.data() + begin * columns + column;

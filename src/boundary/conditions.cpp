@@ -13,12 +13,17 @@
 namespace calor {
 namespace {
 
+/// The faces of a plate, a body of two dimensions with a thickness: every point has a piece of them. They are no walls
+/// of the plane that the points fill, so the cloud does not know them.
+const std::vector<std::string> plate_faces = {"bottom", "top"};
+
 /// One [boundary.NAME]: what it says and what it selects on this rank.
 struct BoundarySection {
   std::string name;
   Table table;
   bool prescribed, insulated;
   std::uint32_t faces = 0;    // bit f: cloud.faces[f]
+  int plate = 0;              // how many of the plate's faces
   std::vector<char> in = {};  // `where` at the owned points; empty: true everywhere
 
   bool holds(int point) const { return in.empty() || in[point]; }
@@ -26,12 +31,23 @@ struct BoundarySection {
   std::string key() const { return table.has("where") ? "where" : table.has("on") ? "on" : ""; }
 };
 
-int face_index(const BoundarySection& s, const std::string& face, const Cloud& cloud) {
+void add_face(BoundarySection& s, const std::string& face, const Cloud& cloud) {
   const auto found = std::ranges::find(cloud.faces, face);
-  if (found != cloud.faces.end()) return static_cast<int>(found - cloud.faces.begin());
-  const std::string near = nearest(face, cloud.faces);
+  if (found != cloud.faces.end()) {
+    s.faces |= 1u << (found - cloud.faces.begin());
+    return;
+  }
+  std::vector<std::string> known = cloud.faces;
+  if (cloud.dimension == 2) {
+    if (std::ranges::count(plate_faces, face)) {
+      ++s.plate;
+      return;
+    }
+    known.insert(known.end(), plate_faces.begin(), plate_faces.end());
+  }
+  const std::string near = nearest(face, known);
   const std::string list =
-      cloud.faces.empty() ? "the cloud has none" : fmt::format("the faces are {}", fmt::join(cloud.faces, ", "));
+      known.empty() ? "the cloud has none" : fmt::format("the faces are {}", fmt::join(known, ", "));
   s.table.refuse(s.table.has("on") ? "on" : "", fmt::format("there is no face '{}'", face),
                  (near.empty() ? "" : fmt::format("did you mean '{}'? ", near)) + list +
                      (s.table.has("on") ? "" : "; another name needs 'on' or 'where'"));
@@ -57,20 +73,30 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
     if (s.prescribed && given.size() > 1)
       table.refuse(given[1], fmt::format("[{}] has a temperature and a {}", table.path(), given[1]),
                    "a wall of prescribed temperature takes whatever heat it needs: leave one of them out");
-    if (s.prescribed && !cloud.points_on_walls)
-      table.refuse("temperature", "a cell-centred cloud has no points on its walls that could take a temperature",
-                   "write at = \"walls\" in [cloud], or give convection with a large h");
+    if (s.prescribed && !cloud.points_on_walls && cloud.walls.empty())
+      table.refuse(
+          "temperature",
+          "the cloud has no points on its walls that could take a temperature, and the walls are not the plane "
+          "ones of a box, beyond which mirror images could hold it",
+          "give the cloud points on its walls, or convection with a large h");
     if (!s.prescribed && !cloud.has_areas && !s.insulated)
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
-
+    const bool is_face =
+        std::ranges::count(cloud.faces, name) || (cloud.dimension == 2 && std::ranges::count(plate_faces, name));
     if (table.has("on")) {
-      for (const auto& face : table.texts("on")) s.faces |= 1u << face_index(s, face, cloud);
-    } else if (!table.has("where") || std::ranges::count(cloud.faces, name)) {
-      s.faces = 1u << face_index(s, name, cloud);
+      for (const auto& face : table.texts("on")) add_face(s, face, cloud);
+    } else if (!table.has("where") || is_face) {
+      add_face(s, name, cloud);
     } else {
       s.faces = ~0u;
     }
+    if (s.plate > 0 && s.prescribed)
+      table.refuse("temperature", "the face of a plate cannot have a prescribed temperature: its points have one each",
+                   "give convection with a large h");
+    if (s.faces != 0 && !s.prescribed && !cloud.has_areas && !s.insulated)
+      table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
+                   "add boundary areas to the file of the cloud, or prescribe temperatures");
     if (table.has("where")) together(cloud.comm, [&] { s.in = where(c, table, cloud.owned_points()); });
     sections.push_back(std::move(s));
   }
@@ -83,9 +109,10 @@ void add_up(MPI_Comm comm, std::vector<std::int64_t>& counts) {
 }
 
 /// Owned points that a prescribed section holds. Without boundary areas nobody knows where the walls are: a formula
-/// then selects among all points.
+/// then selects among all points. A cell-centred cloud has none.
 std::vector<int> selected_points(const BoundarySection& s, const Cloud& cloud) {
   std::vector<int> points;
+  if (!cloud.points_on_walls) return points;
   const bool anywhere = s.faces == ~0u && !cloud.has_areas;
   for (int i = 0; i < cloud.owned; ++i)
     if ((anywhere || cloud.on_faces[i] & s.faces) && s.holds(i)) points.push_back(i);
@@ -153,6 +180,45 @@ void share_points(Conditions& conditions, const Cloud& cloud) {
   }
 }
 
+[[noreturn]] void refuse_empty(const BoundarySection& s, const char* what) {
+  const bool by_formula = s.table.has("where");
+  s.table.refuse(s.key(),
+                 by_formula ? fmt::format("'{}' selects no {} for [{}]", s.table.text("where"), what, s.table.path())
+                            : fmt::format("[{}] holds no {}", s.table.path(), what),
+                 by_formula ? "allow for round-off: abs(y - 2) < 1e-9; lengths are in 'length', by default m"
+                            : "change the selection");
+}
+
+/// Where heat enters by a section.
+struct Pieces {
+  std::vector<int> point;
+  std::vector<double> area;
+  std::vector<Vec3> x;
+  bool is_plate;
+};
+
+Pieces wall_pieces(const BoundarySection& s, const Cloud& cloud) {
+  Pieces pieces{.point = {}, .area = {}, .x = {}, .is_plate = false};
+  for (const Patch& p : cloud.patches) {
+    if (!s.holds(p)) continue;
+    pieces.point.push_back(p.point);
+    pieces.area.push_back(p.area);
+    pieces.x.push_back(cloud.x[p.point]);
+  }
+  return pieces;
+}
+
+Pieces plate_pieces(const BoundarySection& s, const Cloud& cloud) {
+  Pieces pieces{.point = {}, .area = {}, .x = {}, .is_plate = true};
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (!s.holds(i)) continue;
+    pieces.point.push_back(i);
+    pieces.area.push_back(s.plate * cloud.volume[i] / cloud.section);
+    pieces.x.push_back(cloud.x[i]);
+  }
+  return pieces;
+}
+
 PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Cloud& cloud) {
   PrescribedTerm term{.name = s.name,
                       .account = account,
@@ -163,13 +229,38 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
   if (term.temperature.depends_on_temperature())
     s.table.refuse("temperature", "a prescribed temperature cannot depend on the temperature",
                    "use place and time only: x, y, z, r, t");
-  if (total(cloud.comm, static_cast<std::int64_t>(term.point.size())) == 0)
-    s.table.refuse(s.key(), fmt::format("[{}] holds no point", s.table.path()), "change the selection");
   for (const int i : term.point) term.x.push_back(cloud.x[i]);
+  if (!cloud.points_on_walls) {
+    for (const Patch& p : cloud.patches) {
+      if (!s.holds(p)) continue;
+      term.x.push_back(cloud.x[p.point]);
+      term.x.back()[p.face / 2] = cloud.walls[p.face];
+    }
+  }
+  if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0) refuse_empty(s, "point");
   return term;
 }
 
+WallSection wall_section(const Case& c, const BoundarySection& s, int condition) {
+  WallSection wall{.faces = s.faces, .condition = condition, .where = {}};
+  if (s.table.has("where")) wall.where = [&c, table = s.table](std::span<const Vec3> x) { return where(c, table, x); };
+  return wall;
+}
+
 }  // namespace
+
+std::vector<int> conditions_at(const Conditions& conditions, int face, std::span<const Vec3> x) {
+  constexpr int unknown = -3;
+  std::vector<int> held(x.size(), unknown);
+  for (const WallSection& wall : conditions.walls) {
+    if (!(wall.faces >> face & 1)) continue;
+    const std::vector<char> in = wall.where ? wall.where(x) : std::vector<char>(x.size(), 1);
+    for (std::size_t n = 0; n < x.size(); ++n)
+      if (in[n] && held[n] == unknown) held[n] = wall.condition;
+  }
+  std::ranges::replace(held, unknown, WallSection::insulated);
+  return held;
+}
 
 Conditions make_conditions(const Case& c, const Cloud& cloud) {
   const auto sections = read_sections(c, cloud);
@@ -177,32 +268,34 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
   for (const BoundarySection& s : sections) {
     const int account = static_cast<int>(conditions.accounts.size());
     conditions.accounts.push_back(s.name);
+    conditions.walls.push_back(wall_section(c, s,
+                                            s.prescribed  ? static_cast<int>(conditions.temperatures.size())
+                                            : s.insulated ? WallSection::insulated
+                                                          : WallSection::flux));
     if (s.prescribed) {
       conditions.temperatures.push_back(make_prescribed(s, account, cloud));
       continue;
     }
-    SurfaceTerm place{.name = s.name, .account = account, .flux = nullptr, .point = {}, .area = {}, .x = {}};
-    for (const Patch& p : cloud.patches) {
-      if (!s.holds(p)) continue;
-      place.point.push_back(p.point);
-      place.area.push_back(p.area);
-      place.x.push_back(cloud.x[p.point]);
-    }
-    if (total(cloud.comm, static_cast<std::int64_t>(place.point.size())) == 0)
-      s.table.refuse(s.key(), fmt::format("[{}] holds no piece of the surface", s.table.path()),
-                     "change the selection");
+    std::vector<Pieces> pieces;
+    if (s.faces != 0) pieces.push_back(wall_pieces(s, cloud));
+    if (s.plate > 0) pieces.push_back(plate_pieces(s, cloud));
+    std::int64_t count = 0;
+    for (const Pieces& p : pieces) count += static_cast<std::int64_t>(p.point.size());
+    if (total(cloud.comm, count) == 0) refuse_empty(s, "piece of the surface");
     for (const auto& kind : surface_flux_kinds()) {
       if (!s.table.has(kind.key)) continue;
-      conditions.fluxes.push_back({s.name + "." + kind.key, account, nullptr, place.point, place.area, place.x});
-      SurfaceTerm& term = conditions.fluxes.back();
-      together(cloud.comm, [&] {
-        term.flux = kind.make(s.table, term.x);
-        // What is wrong at the start is said before the run: at the temperature of the surroundings.
-        std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());
-        if (T.empty() && term.flux->depends_on_temperature()) return;
-        T.resize(term.x.size());
-        term.flux->evaluate({.x = term.x, .T = T}, q, {});
-      });
+      for (const Pieces& p : pieces) {
+        conditions.fluxes.push_back({s.name + "." + kind.key, account, nullptr, p.point, p.area, p.x, p.is_plate});
+        SurfaceTerm& term = conditions.fluxes.back();
+        together(cloud.comm, [&] {
+          term.flux = kind.make(s.table, term.x);
+          // What is wrong at the start is said before the run: at the temperature of the surroundings.
+          std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());
+          if (T.empty() && term.flux->depends_on_temperature()) return;
+          T.resize(term.x.size());
+          term.flux->evaluate({.x = term.x, .T = T}, q, {});
+        });
+      }
     }
   }
   refuse_contradictions(sections, cloud);
@@ -212,7 +305,8 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
 
 void declare_boundaries(Schema& schema) {
   std::vector<Key> keys = {
-      {"on", Kind::texts, "", optional, "Face or faces of the cloud; default: the name of the section."}};
+      {"on", Kind::texts, "", optional,
+       "Face or faces of the cloud, of a plate in 2D also its 'top' and 'bottom'; default: the name of the section."}};
   for (const Key& key : where_keys("Formula in x, y, z, r that is true where the condition holds."))
     keys.push_back(key);
   keys.push_back({"temperature", Kind::function, "K", optional, "Prescribed temperature, of place and time."});

@@ -1,6 +1,7 @@
 #pragma once
 // Boundary conditions: prescribed temperatures, and heat fluxes into the body that add up on a face. A new kind of flux
 // is a new file with a SurfaceFlux and a line in conditions.cpp.
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -35,27 +36,43 @@ struct SurfaceTerm {
   std::vector<int> point;    ///< owned points, one entry per patch
   std::vector<double> area;  ///< m^2
   std::vector<Vec3> x;
+  bool is_plate = false;  ///< on the faces of a plate: the area is that of the cells, and heat goes into all of them
 };
 
-/// Prescribed temperature on points of this rank. Where several meet, each carries its share of the mean.
+/// Prescribed temperature on points of this rank. Where several meet, each carries its share of the mean. On a
+/// cell-centred cloud no point takes it; the method then holds it on the wall by mirror images.
 struct PrescribedTerm {
   std::string name;
   int account;
   Function temperature;       ///< K
   std::vector<int> point;     ///< owned points, ascending
   std::vector<double> share;  ///< 1, or 1/2 where two meet, ...
-  std::vector<Vec3> x;
+  std::vector<Vec3> x;        ///< of these points, or of the wall beside every patch of a cell-centred cloud
+};
+
+/// Where a section of the case holds on plane walls, for methods that put mirror images beyond them.
+struct WallSection {
+  std::uint32_t faces;
+  int condition;  ///< index into Conditions::temperatures, or one of the two below
+  std::function<std::vector<char>(std::span<const Vec3>)> where;  ///< empty: everywhere on the faces
+
+  static constexpr int insulated = -1, flux = -2;
 };
 
 struct Conditions {
   std::vector<std::string> accounts;  ///< names of the boundary sections, in the order of the case
   std::vector<SurfaceTerm> fluxes;
   std::vector<PrescribedTerm> temperatures;
+  std::vector<WallSection> walls;  ///< in the order of the case
   std::vector<std::string> notes;  ///< e.g. "21 points on xmin and ymin take the mean of two temperatures"
 };
 
+/// WallSection::condition of the first section that holds at each of the places on faces[face], `insulated` where none
+/// does. Throws Error where a formula fails.
+std::vector<int> conditions_at(const Conditions& conditions, int face, std::span<const Vec3> x);
+
 /// Conditions of [boundary.*] on the cloud. Refuses unknown faces, empty selections, contradictions, prescribed
-/// temperatures on cell-centred clouds. Collective; throws Error.
+/// temperatures on cell-centred clouds whose walls are not plane. Collective; throws Error.
 Conditions make_conditions(const Case& c, const Cloud& cloud);
 
 void declare_boundaries(Schema& schema);

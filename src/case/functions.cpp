@@ -25,6 +25,14 @@ const Key breaks_key{"breaks", Kind::quantities, "s", optional, "Times at which 
 const Key along_key{"along", Kind::choice, "", required, "Axis across the layers.", {"x", "y", "z"}};
 const Key thickness_key{"thickness", Kind::quantities, "m", required, "Of all layers, or one a layer."};
 const Key start_key{"start", Kind::quantity, "m", "0 m", "Where the first layer begins."};
+const Key coordinate_key{"along", Kind::choice, "", required, "Coordinate the value goes by.", {"x", "y", "z", "r"}};
+const Key from_key{"from", Kind::quantity, "m", required, "Coordinate of the first value."};
+const Key to_key{"to", Kind::quantity, "m", required, "Coordinate of the last value."};
+const Key values_key{"values", Kind::numbers, "", "[0, 1]", "The first and the last value."};
+const Key power_key{"power", Kind::number, "", required, "M in s^M."};
+const Key exponential_key{"exponential", Kind::number, "", required, "B in (e^(B s) - 1)/(e^B - 1)."};
+const Key factor_key{"factor", Kind::number, "", required, "A in A s^n (1 - s)^z."};
+const Key hump_key{"hump", Kind::numbers, "", required, "n and z in s^n (1 - s)^z."};
 
 /// The sub-keys of one function value: { formula = ..., unit = ... }.
 class Parts {
@@ -78,6 +86,19 @@ class Parts {
     return unit(unit_key, owner_.unit);
   }
 
+  /// A value of the function itself: a quantity, or a number in the unit of the values.
+  double value(const Value& v, const std::string& name) const {
+    if (v.is_number()) {
+      if (!std::isfinite(v.number))
+        refuse_value(v, fmt::format("'{}' holds a value that is not finite", name), "write a finite number");
+      return to_si(v.number, value_unit(), owner_.unit);
+    }
+    Key key = owner_;
+    key.kind = Kind::quantity;
+    key.name = name;
+    return read_number(v, key);
+  }
+
   const Value& table() const { return table_; }
   const Key& owner() const { return owner_; }
 
@@ -86,10 +107,17 @@ class Parts {
   const Key& owner_;
 };
 
+/// What the key takes and what it is for: for values whose form is wrong altogether.
+std::string explained(const Key& key) {
+  return fmt::format("write {}{}{}", wanted(key), key.sentence.empty() ? "" : ". ", key.sentence);
+}
+
 Function read_formula(const Parts& parts, const Context& context) {
   const Value text = *parts.table().find("formula");
   if (text.is_number()) refuse_value(text, "'formula' cannot be " + text.described(), "write it in quotes");
-  const std::string expression = read_text(text, {"formula", Kind::text, "", required, ""});
+  if (text.type != Value::Type::text)
+    refuse_value(text, "'formula' cannot be " + text.described(), explained(parts.owner()));
+  const std::string& expression = text.text;
   const FormulaUnits units{.value = parts.value_unit(),
                            .si = parts.owner().unit,
                            .length = parts.unit(length_unit, "m"),
@@ -106,28 +134,57 @@ struct Rows {
   std::vector<Place> places;
 };
 
-bool by_temperature(const Parts& parts) {
-  if (const Value* of = parts.find(argument_key)) return read_text(*of, argument_key) == "temperature";
-  return parts.owner().unit != "K";  // a temperature that depends on the temperature makes no sense
+/// What a table goes by.
+struct Argument {
+  std::string name, si;
+  Key unit;
+};
+const Argument temperature{"temperature", "K", temperature_unit}, time_of_run{"time", "s", time_unit};
+
+/// What a table goes by, as it says itself, by `along`, `of` or the unit of its arguments. Otherwise temperatures go by
+/// time and properties by temperature; for heat flows both make sense, and only a file's header may tell.
+Argument argument_of(const Parts& parts) {
+  const Value *of = parts.find(argument_key), *along = parts.find(coordinate_key);
+  if (of && along) refuse_value(*along, "a table goes by one thing, this one has 'of' and 'along'", "leave one out");
+  if (along) return {read_text(*along, coordinate_key), "m", length_unit};
+  std::optional<bool> by_temperature;
+  if (of) by_temperature = read_text(*of, argument_key) == "temperature";
+  for (const Key* unit : {&temperature_unit, &time_unit}) {
+    const Value* written = parts.find(*unit);
+    if (!written) continue;
+    const bool says = unit == &temperature_unit;
+    if (by_temperature && *by_temperature != says)
+      refuse_value(*written,
+                   fmt::format("'{}' does not go with a table of {}", unit->name, says ? "time" : "temperature"),
+                   "leave it out");
+    by_temperature = says;
+  }
+  if (by_temperature) return *by_temperature ? temperature : time_of_run;
+  const std::string& unit = parts.owner().unit;
+  const bool may_be_both = unit == "W/m^2" || unit == "W/(m^2 K)" || unit == "W/m^3";
+  if (may_be_both && !parts.table().find("file"))
+    refuse_value(parts.table(), fmt::format("the table of {} does not say what it goes by", parts.owner().name),
+                 "add of = \"time\" or of = \"temperature\"");
+  return unit == "K" ? time_of_run : temperature;
 }
 
-Rows written_rows(const Parts& parts, bool of_temperature) {
+Rows written_rows(const Parts& parts, const Argument& argument) {
   const Value& list = *parts.table().find("table");
   if (list.type != Value::Type::list)
     refuse_value(list, "'table' cannot be " + list.described(),
                  "write a list of pairs: [[300, 20.1], [400, 18]]; a file goes by file = \"k.csv\"");
   const std::string unit = parts.value_unit();
-  const std::string argument_unit = of_temperature ? parts.unit(temperature_unit, "K") : parts.unit(time_unit, "s");
+  const std::string argument_unit = parts.unit(argument.unit, argument.si);
   Rows rows;
   for (const Value& row : list.list) {
     const bool is_pair = row.type == Value::Type::list && row.list.size() == 2 && row.list[0].is_number() &&
                          row.list[1].is_number() && std::isfinite(row.list[0].number) &&
                          std::isfinite(row.list[1].number);
     if (!is_pair)
-      refuse_value(row, fmt::format("row {} of the table is not a pair of finite numbers", rows.x.size() + 1),
-                   fmt::format("write [{}, value], the units go into '{}' and 'unit'",
-                               of_temperature ? "temperature" : "time", of_temperature ? "temperature" : "time"));
-    rows.x.push_back(to_si(row.list[0].number, argument_unit, of_temperature ? "K" : "s"));
+      refuse_value(
+          row, fmt::format("row {} of the table is not a pair of finite numbers", rows.x.size() + 1),
+          fmt::format("write [{}, value], the units go into '{}' and 'unit'", argument.name, argument.unit.name));
+    rows.x.push_back(to_si(row.list[0].number, argument_unit, argument.si));
     rows.y.push_back(to_si(row.list[1].number, unit, parts.owner().unit));
     rows.places.push_back(row.place);
   }
@@ -135,45 +192,38 @@ Rows written_rows(const Parts& parts, bool of_temperature) {
 }
 
 /// A file of two columns; their units are in its header.
-Rows file_rows(const Parts& parts, bool& of_temperature, const Context& context) {
+Rows file_rows(const Parts& parts, Argument& argument, const Context& context) {
   const Value& name = *parts.table().find("file");
   const std::string file = read_text(name, {"file", Kind::text, "", required, ""});
-  std::optional<CsvReader> csv;
-  try {
-    csv.emplace(context.path_of(file));
-  } catch (const Error& e) {
-    if (e.fault() != Fault::file) throw;
-    throw Error(Fault::file, name.place, fmt::format("the file \"{}\" {}", context.path_of(file), e.problem()),
-                e.cure());
-  }
-  if (csv->columns().size() != 2)
-    throw Error(Fault::bad_case, {.file = csv->path(), .line = 1},
-                fmt::format("the file has {} columns", csv->columns().size()),
+  CsvReader csv(context.path_of(file), name.place);
+  if (csv.columns().size() != 2)
+    throw Error(Fault::bad_case, {.file = csv.path(), .line = 1},
+                fmt::format("the file has {} columns", csv.columns().size()),
                 fmt::format("a table has two, with the header T [K],{} [{}]", parts.owner().name, parts.owner().unit));
-  if (!parts.find(argument_key)) {  // the header knows
-    const std::string& unit = csv->columns()[0].unit;
+  if (!parts.find(argument_key) && !parts.find(coordinate_key)) {  // the header knows
+    const std::string& unit = csv.columns()[0].unit;
     try {
       to_si(1, unit, "s");
-      of_temperature = false;
+      argument = time_of_run;
     } catch (const std::invalid_argument&) {
-      of_temperature = true;
+      argument = temperature;
     }
   }
-  const int x = csv->require(csv->columns()[0].name, of_temperature ? "K" : "s");
-  const int y = csv->require(csv->columns()[1].name, parts.owner().unit);
+  const int x = csv.require(csv.columns()[0].name, argument.si);
+  const int y = csv.require(csv.columns()[1].name, parts.owner().unit);
   Rows rows;
-  while (csv->next()) {
-    rows.x.push_back(csv->number(x));
-    rows.y.push_back(csv->number(y));
-    rows.places.push_back(csv->place());
+  while (csv.next()) {
+    rows.x.push_back(csv.number(x));
+    rows.y.push_back(csv.number(y));
+    rows.places.push_back(csv.place());
   }
   return rows;
 }
 
 Function read_table(const Parts& parts, const Context& context) {
-  bool of_temperature = by_temperature(parts);
+  Argument argument = argument_of(parts);
   const bool from_file = parts.table().find("file") != nullptr;
-  const Rows rows = from_file ? file_rows(parts, of_temperature, context) : written_rows(parts, of_temperature);
+  const Rows rows = from_file ? file_rows(parts, argument, context) : written_rows(parts, argument);
   const Value& at = from_file ? *parts.table().find("file") : *parts.table().find("table");
   if (rows.x.size() < 2)
     refuse_value(at, rows.x.empty() ? "the table has no rows" : "the table has one row",
@@ -182,27 +232,21 @@ Function read_table(const Parts& parts, const Context& context) {
     if (!(rows.x[n] > rows.x[n - 1]))
       throw Error(Fault::bad_case, rows.places[n],
                   fmt::format("row {} of the table is not above row {}: {} after {} {}", n + 1, n, rows.x[n],
-                              rows.x[n - 1], of_temperature ? "K" : "s"),
-                  fmt::format("sort the rows by {}, each once", of_temperature ? "temperature" : "time"));
+                              rows.x[n - 1], argument.si),
+                  fmt::format("sort the rows by {}, each once", argument.name));
   const std::string how = read_text(parts.get(interpolation_key), interpolation_key);
   Curve curve = Curve::through(rows.x, rows.y, how == "cubic" ? Interpolation::cubic : Interpolation::linear);
-  return of_temperature ? Function::of_temperature(std::move(curve), at.place)
-                        : Function::of_time(std::move(curve), at.place);
+  if (argument.si == "m") return Function::of_coordinate(argument.name[0], curve_profile(std::move(curve)), at.place);
+  return argument.si == "K" ? Function::of_temperature(std::move(curve), at.place)
+                            : Function::of_time(std::move(curve), at.place);
 }
 
 Function read_layers(const Parts& parts) {
   const Value& list = *parts.table().find("layers");
-  Key value_key = parts.owner();
-  value_key.kind = Kind::quantity;
-  value_key.name = "layers";
   if (list.type != Value::Type::list || list.list.empty())
     refuse_value(list, "'layers' cannot be " + list.described(), "write one value a layer: [0.2, 0.15]");
   std::vector<double> values;
-  for (const Value& v : list.list)
-    values.push_back(v.is_number() ? to_si(v.number, parts.value_unit(), parts.owner().unit)
-                                   : read_number(v, value_key));
-  for (std::size_t n = 0; n < values.size(); ++n)
-    if (!std::isfinite(values[n])) refuse_value(list.list[n], "a layer's value is not finite", "write a finite number");
+  for (const Value& v : list.list) values.push_back(parts.value(v, "layers"));
 
   const std::string along = read_text(parts.get(along_key), along_key);
   const Value written = parts.get(thickness_key);
@@ -217,6 +261,40 @@ Function read_layers(const Parts& parts) {
                           std::move(values), parts.table().place);
 }
 
+/// { power | exponential | hump = ..., along, from, to, ... }: laws of s = (coordinate - from)/(to - from).
+Function read_law(const Parts& parts, const Key& form) {
+  const std::string along = read_text(parts.get(coordinate_key), coordinate_key);
+  const Interval interval{read_number(parts.get(from_key), from_key), read_number(parts.get(to_key), to_key)};
+  if (interval.from == interval.to)
+    refuse_value(parts.get(to_key), "'from' and 'to' are the same place",
+                 "give the value two places to change between");
+  const auto pair = [&](const Value& list, const std::string& cure) {
+    if (list.type != Value::Type::list || list.list.size() != 2)
+      refuse_value(list, fmt::format("{} = {{ ... }} takes two numbers, not {}", form.name, list.described()), cure);
+    return std::pair(list.list[0], list.list[1]);
+  };
+  const Value& law = *parts.table().find(form.name);
+  const auto made = [&](Profile profile) { return Function::of_coordinate(along[0], std::move(profile), law.place); };
+
+  if (form.name == hump_key.name) {
+    const auto [n, z] = pair(law, "write hump = [n, z] for factor s^n (1 - s)^z");
+    const std::vector<double> powers = read_numbers(law, hump_key);
+    if (powers[0] < 0 || powers[1] < 0)
+      refuse_value(powers[0] < 0 ? n : z, "a power of the hump is negative", "write numbers from 0 on");
+    const Value* factor = parts.find(factor_key);
+    if (!factor) refuse_value(parts.table(), "hump = { ... } needs 'factor'", "add factor = the A in A s^n (1 - s)^z");
+    return made(hump_profile(interval, parts.value(*factor, "factor"), powers[0], powers[1]));
+  }
+  if (!parts.find(values_key) && !parts.owner().unit.empty())
+    refuse_value(parts.table(), fmt::format("{} = {{ ... }} needs 'values'", parts.owner().name),
+                 fmt::format("add values = [\"... {0}\", \"... {0}\"], at 'from' and at 'to'", parts.owner().unit));
+  const auto [first, last] = pair(parts.get(values_key), "write values = [the one at 'from', the one at 'to']");
+  const double f0 = parts.value(first, "values"), f1 = parts.value(last, "values"), number = read_number(law, form);
+  if (form.name == exponential_key.name) return made(exponential_profile(interval, number, f0, f1));
+  if (!(number > 0)) refuse_value(law, fmt::format("the power is {}", number), "write a power above 0");
+  return made(power_profile(interval, number, f0, f1));
+}
+
 }  // namespace
 
 Function read_function(const Value& value, const Key& key, const Context& context) {
@@ -224,7 +302,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
     Key quantity = key;
     quantity.kind = Kind::quantity;
     if (value.type == Value::Type::list || value.type == Value::Type::flag || value.type == Value::Type::date)
-      refuse_value(value, fmt::format("'{}' cannot be {}", key.name, value.described()), "write " + wanted(key));
+      refuse_value(value, fmt::format("'{}' cannot be {}", key.name, value.described()), explained(key));
     return Function::constant(read_number(value, quantity), value.place);
   }
   for (const std::string& form : key.choices)
@@ -233,14 +311,19 @@ Function read_function(const Value& value, const Key& key, const Context& contex
       read_text(*other, {form, Kind::text, "", required, ""});
       return Function();
     }
-  const std::vector<std::string> table_keys{"of", "unit", "temperature", "time", "interpolation"};
+  const std::vector<std::string> table_keys{"of", "along", "unit", "temperature", "time", "length", "interpolation"};
   if (value.find("formula"))
     return read_formula({value, key, "formula", {"unit", "length", "time", "temperature", "breaks"}}, context);
+  for (const Key* law : {&power_key, &exponential_key})
+    if (value.find(law->name))
+      return read_law({value, key, law->name, {"along", "from", "to", "values", "unit"}}, *law);
+  if (value.find("hump")) return read_law({value, key, "hump", {"along", "from", "to", "factor", "unit"}}, hump_key);
   if (value.find("table")) return read_table({value, key, "table", table_keys}, context);
-  if (value.find("file")) return read_table({value, key, "file", {"of", "interpolation"}}, context);
+  if (value.find("file")) return read_table({value, key, "file", {"of", "along", "interpolation"}}, context);
   if (value.find("layers")) return read_layers({value, key, "layers", {"along", "thickness", "start", "unit"}});
-  refuse_value(value, fmt::format("'{}' is a table without formula, table, file or layers", key.name),
-               "write " + wanted(key));
+  refuse_value(
+      value, fmt::format("'{}' is a table without formula, table, file, layers, power, exponential or hump", key.name),
+      explained(key));
 }
 
 }  // namespace calor

@@ -25,8 +25,9 @@ std::string goes_with(const TableKeys& known, const std::string& key, const std:
   for (const auto& [section, other] : known.others) {
     if (other->name != key) continue;
     when = section->when_key;
-    values.push_back('"' + section->when_value + '"');
+    if (!section->when_value.empty()) values.push_back('"' + section->when_value + '"');
   }
+  if (values.empty()) return fmt::format("'{}' goes with '{}'", key, when);
   return fmt::format("'{}' goes with {} = {}{}", key, when, fmt::join(values, " or "),
                      chosen.empty() ? "" : fmt::format(", not \"{}\"", chosen));
 }
@@ -40,7 +41,9 @@ class Checker {
     const TableKeys known = keys_of(schema_, schema_path, &value);
     for (const Entry& entry : value.entries) {
       const Key* key = known.find(entry.key);
-      if (std::ranges::count(known.lists, entry.key))
+      if (!key && known.goes_elsewhere(entry.key))
+        refuse_unknown(entry, known, value, header);
+      else if (std::ranges::count(known.lists, entry.key))
         list(entry, schema_path, path);
       else if (std::ranges::count(known.tables, entry.key) || (!key && known.is_named_table(entry.key)))
         sub_table(entry, schema_path, path, std::ranges::count(known.tables, entry.key) ? entry.key : "*");
@@ -88,7 +91,7 @@ class Checker {
     if (other != known.others.end()) {
       const std::string chosen = choice(known.keys, other->section->when_key, &table);
       throw Error(Fault::bad_case, entry.key_place, goes_with(known, entry.key, chosen),
-                  fmt::format("leave it out, or change '{}'", other->section->when_key));
+                  fmt::format("leave it out, or {} '{}'", chosen.empty() ? "add" : "change", other->section->when_key));
     }
     std::vector<std::string> names;
     for (const Key* key : known.keys)
@@ -113,10 +116,11 @@ const Key* TableKeys::find(const std::string& name) const {
   return found == keys.end() ? any : *found;
 }
 
-bool TableKeys::is_named_table(const std::string& name) const {
-  const auto is_other = [&](const Other& other) { return other.key->name == name; };
-  return named_tables && std::ranges::none_of(others, is_other);
+bool TableKeys::goes_elsewhere(const std::string& name) const {
+  return std::ranges::any_of(others, [&](const Other& other) { return other.key->name == name; });
 }
+
+bool TableKeys::is_named_table(const std::string& name) const { return named_tables && !goes_elsewhere(name); }
 
 Key named(Key key, const std::string& name) {
   key.name = name;
@@ -138,7 +142,8 @@ TableKeys keys_of(const Schema& schema, const std::string& schema_path, const Va
   const std::vector<const Key*> always = known.keys;
   for (const Section& section : schema.sections())
     if (section.path == schema_path && !section.when_key.empty()) {
-      const bool goes = choice(always, section.when_key, table) == section.when_value;
+      const std::string chosen = choice(always, section.when_key, table);
+      const bool goes = section.when_value.empty() ? !chosen.empty() : chosen == section.when_value;
       for (const Key& key : section.keys) {
         if (goes)
           known.keys.push_back(&key);

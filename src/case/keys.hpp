@@ -22,6 +22,8 @@ struct TableKeys {
   bool named_tables = false;        ///< sub-tables have names of the user's: [material.NAME]
 
   const Key* find(const std::string& name) const;
+  /// A key that goes with another choice.
+  bool goes_elsewhere(const std::string& name) const;
   /// A name of the user's for a sub-table, rather than one of the schema's.
   bool is_named_table(const std::string& name) const;
 };

@@ -55,6 +55,12 @@ Value convert(const toml::node& node, const Places& places) {
   return v;
 }
 
+/// What toml++ says, without the words that only its author needs.
+std::string problem_of(std::string_view description) {
+  if (description.find("control characters") != description.npos) return "the text is not closed on its line";
+  return std::string(description);
+}
+
 std::string cure_of(std::string_view problem) {
   const auto says = [&](std::string_view words) { return problem.find(words) != problem.npos; };
   if (says("cannot redefine")) return "give every key and every [table] once";
@@ -80,7 +86,7 @@ Value read_toml(const std::string& text, const std::string& file) {
     const auto at = e.source().begin;
     throw Error(Fault::bad_case,
                 {.file = file, .line = static_cast<int>(at.line), .column = static_cast<int>(at.column)},
-                std::string(e.description()), cure_of(e.description()));
+                problem_of(e.description()), cure_of(e.description()));
   }
 }
 

@@ -2,11 +2,13 @@
 
 #include "boundary/conditions.hpp"
 #include "case/case.hpp"
+#include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "material/material_field.hpp"
 #include "method/method.hpp"
 #include "output/expect.hpp"
 #include "output/probes.hpp"
+#include "output/weld.hpp"
 #include "solve/initial.hpp"
 #include "solve/integrator.hpp"
 #include "source/source.hpp"
@@ -19,12 +21,14 @@ const Schema& schema() {
     declare_case(s);
     declare_methods(s);
     declare_cloud(s);
+    declare_cracks(s);
     declare_materials(s);
     declare_initial(s);
     declare_boundaries(s);
     declare_sources(s);
     declare_time(s);
     declare_probes(s);
+    declare_weld(s);
     declare_expect(s);
     return s;
   }();

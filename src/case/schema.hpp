@@ -15,7 +15,7 @@ enum class Kind {
   number,      ///< without unit
   quantity,    ///< "15 mm": number with unit
   difference,  ///< a quantity whose affine unit takes no offset ("1 degC" is 1 K)
-  function,    ///< a number with unit, { formula = ... }, { table = ... }, { layers = ... }
+  function,    ///< a number with unit, { formula = ... }, { table = ... }, { layers = ... }, { power = ... } ...
   texts,       ///< list of strings; lists of one may go without brackets
   integers,
   numbers,
@@ -40,9 +40,9 @@ inline const std::string optional = "\x01optional";
 
 /// A table of the case file. `path` is dotted, "" is the top of the file; "*" stands for a name the user gives
 /// ("material.*"), "[]" at the end for an array of tables ("expect[]"). `when` limits the section to tables in which
-/// key `when_key` has value `when_value` (for keys that go with one choice); several sections of one path add up. A key
-/// named "*" stands for any names ([parameter]). A key of Kind::table says what its sub-table is for and whether it is
-/// required; where no section is declared for it, it may hold anything.
+/// key `when_key` has value `when_value` (for keys that go with one choice; "" for any value); several sections of one
+/// path add up. A key named "*" stands for any names ([parameter]). A key of Kind::table says what its sub-table is for
+/// and whether it is required; where no section is declared for it, it may hold anything.
 struct Section {
   std::string path;
   std::string sentence;

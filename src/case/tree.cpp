@@ -3,15 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 
 namespace calor {
 namespace {
 
-bool is_function(const Value& v) {
-  static constexpr std::array forms{"formula", "table", "file", "layers"};
-  return v.is_table() && std::ranges::any_of(forms, [&](const char* form) { return v.find(form) != nullptr; });
+/// The key that says what kind of function a table is; "" for other tables.
+std::string form_of_function(const Value& v) {
+  for (const char* form : {"formula", "table", "file", "layers", "power", "exponential", "hump"})
+    if (v.is_table() && v.find(form)) return form;
+  return "";
 }
+
+/// Laws of few numbers, of which one may be changed alone.
+bool is_law(const std::string& form) { return form == "power" || form == "exponential" || form == "hump"; }
 
 }  // namespace
 
@@ -57,7 +61,9 @@ std::string Value::described() const {
 }
 
 void merge(Value& into, const Value& changes) {
-  if (!into.is_table() || !changes.is_table() || is_function(changes)) {
+  const std::string form = form_of_function(changes);
+  const bool is_other_function = !form.empty() && !(is_law(form) && form == form_of_function(into));
+  if (!into.is_table() || !changes.is_table() || is_other_function) {
     into = changes;
     return;
   }

@@ -53,7 +53,7 @@ Value read_toml_value(const std::string& text, const Place& place);
 std::vector<std::string> split_path(const std::string& path);
 
 /// Merges `changes` deep into `into`: tables merge, everything else is replaced; so are functions, whose forms do not
-/// mix ({ formula = ... }, { table = ... }, { layers = ... }).
+/// mix ({ formula = ... }, { table = ... }, { layers = ... }), but for a law of the same form ({ power = 2 }).
 void merge(Value& into, const Value& changes);
 
 /// Sets the value at a path of keys, making tables on the way. Throws Error(bad_case) where the path meets no table.

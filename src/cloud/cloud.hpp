@@ -12,9 +12,11 @@
 
 #include "base/vec3.hpp"
 
-struct _p_PetscSF;
+struct _p_PetscSF;  // NOLINT(bugprone-reserved-identifier): PETSc's name
 
 namespace calor {
+
+class Lattice;
 
 /// Copies values of owned points to the ghosts on other ranks (PetscSF).
 class Halo {
@@ -26,10 +28,21 @@ class Halo {
   /// values.size() == owned + ghosts; overwrites the ghosts. Collective.
   void update(std::span<double> values) const;
   void update(std::span<Vec3> values) const;
+  /// Sets every point and its ghosts to the largest value that any rank has for it. Collective.
+  void raise(std::span<double> values) const;
 
  private:
   int owned_ = 0;
   std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
+};
+
+/// How far a point sees, in spacings and in metres: the sum of both.
+struct Support {
+  double over_spacing = 0, length = 0;
+
+  Support() = default;
+  Support(double over_spacing, double length = 0) : over_spacing(over_spacing), length(length) {}
+  double radius(double spacing) const { return over_spacing * spacing + length; }
 };
 
 /// A piece of the surface that belongs to one owned point and one face.
@@ -67,15 +80,19 @@ struct Cloud {
   std::vector<std::string> faces;  ///< "xmin", "top", "side", ...; at most 32
   std::vector<std::string> tags;   ///< at least one, "" for untagged
   std::vector<Patch> patches;      ///< of the owned points, sorted by point
+  std::vector<double> walls;  ///< of a box: coordinate of the plane of faces[f], m; faces[f] is normal to axis f / 2
 
-  bool box_lattice = false;  ///< unjittered box lattice with equal spacing along every axis
+  std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
+  bool box_lattice = false;                ///< unjittered box lattice with equal spacing along every axis
   bool nearest_volumes =
       true;  ///< volumes are those of the nearest point; false: sectors of rings, which only resemble them
   bool points_on_walls = true;  ///< false: cell-centred
   bool has_areas = true;        ///< false: a bare CSV without boundary areas
   ExactBody exact;
   Halo halo;
-  double halo_width = 0;  ///< every point within this distance of an owned point is local
+  /// Every point j within halo_width (m) and halo_support.radius((d_i + d_j) / 2) of an owned point i is local.
+  double halo_width = 0;
+  Support halo_support;
 
   int local() const { return static_cast<int>(x.size()); }
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }

@@ -134,12 +134,13 @@ void read_rows(CsvReader& csv, const Columns& c, Points& out, Names& tags, Names
 
 }  // namespace
 
-Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int)>& section) {
+Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int)>& section,
+                   const Place& named) {
   Points out;
   Names tags, faces;
   tags.number("");
   together(comm, [&] {
-    CsvReader csv(file, rank_of(comm), size_of(comm));
+    CsvReader csv(file, named, rank_of(comm), size_of(comm));
     const Columns columns = find_columns(csv);
     out.dimension = columns.dimension;
     out.section = section(columns.dimension);
@@ -167,7 +168,8 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
 }
 
 Points csv_from(MPI_Comm comm, const Table& cloud) {
-  return read_points(comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); });
+  return read_points(
+      comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); }, cloud.place("file"));
 }
 
 void declare_csv(Schema& schema) {

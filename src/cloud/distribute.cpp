@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 
 #include "base/parallel.hpp"
@@ -9,6 +10,7 @@
 #include "cloud/cells.hpp"
 #include "cloud/exchange.hpp"
 #include "cloud/points.hpp"
+#include "cloud/search.hpp"
 
 namespace calor {
 namespace {
@@ -125,31 +127,50 @@ double square_distance(const Vec3& x, const Bounds& box) {
   return square;
 }
 
-void add_ghosts(Cloud& cloud, double support) {
+/// The block of a rank and the largest spacing in it.
+struct Block {
+  Bounds box;
+  double spacing = 0;
+};
+
+void add_ghosts(Cloud& cloud) {
   const int ranks = size_of(cloud.comm), rank = rank_of(cloud.comm);
-  cloud.halo_width = support;
   if (ranks == 1) return;
-  std::vector<Bounds> boxes(ranks);
-  const Bounds mine = bounds_of(cloud.owned_points());
-  MPI_Allgather(&mine, 6, MPI_DOUBLE, boxes.data(), 6, MPI_DOUBLE, cloud.comm);
-  const double reach = support * (1 + 1e-9);  // rounding must not lose a point at exactly the support
+  std::vector<Block> blocks(ranks);
+  Block mine{.box = bounds_of(cloud.owned_points())};
+  for (double d : cloud.spacing) mine.spacing = std::max(mine.spacing, d);
+  MPI_Allgather(&mine, 7, MPI_DOUBLE, blocks.data(), 7, MPI_DOUBLE, cloud.comm);
+  // Rounding must not lose a point at exactly the support.
+  const auto reach = [&](double d_i, double d_j) {
+    return std::min(cloud.halo_width, cloud.halo_support.radius(0.5 * (d_i + d_j))) * (1 + 1e-9);
+  };
   std::vector<Ghost> packed;
   std::vector<int> counts(ranks, 0);
   for (int r = 0; r < ranks; ++r) {
+    const auto& [box, spacing] = blocks[r];
+    const double most = reach(mine.spacing, spacing);
     bool far = r == rank;
     for (int a = 0; a < 3; ++a)
-      far = far || !(mine.low[a] <= boxes[r].high[a] + reach && mine.high[a] >= boxes[r].low[a] - reach);
+      far = far || !(mine.box.low[a] <= box.high[a] + most && mine.box.high[a] >= box.low[a] - most);
     if (far) continue;
     const std::size_t before = packed.size();
     for (int i = 0; i < cloud.owned; ++i) {
-      if (square_distance(cloud.x[i], boxes[r]) > reach * reach) continue;
+      const double near = reach(cloud.spacing[i], spacing);
+      if (square_distance(cloud.x[i], box) > near * near) continue;
       packed.push_back({cloud.id[i], cloud.global[i], cloud.x[i], cloud.volume[i], cloud.full_volume[i],
                         cloud.spacing[i], cloud.area[i], cloud.on_faces[i], cloud.tag[i]});
     }
     counts[r] = static_cast<int>(packed.size() - before);
   }
   // They arrive in the order of their global numbers.
-  const std::vector<Ghost> ghosts = exchange(cloud.comm, packed, counts);
+  std::vector<Ghost> ghosts = exchange(cloud.comm, packed, counts);
+  if (std::isfinite(cloud.halo_support.over_spacing)) {
+    // The block is larger than the support of most of its points: keep what one of them sees.
+    const Search search(cloud, {(1 + 2e-9) * cloud.halo_support.over_spacing, (1 + 2e-9) * cloud.halo_support.length});
+    std::vector<std::int32_t> buffer;
+    int coincident = 0;
+    std::erase_if(ghosts, [&](const Ghost& g) { return search.find(g.x, g.spacing, buffer, coincident).empty(); });
+  }
   for (const Ghost& g : ghosts) {
     cloud.id.push_back(g.id);
     cloud.global.push_back(g.global);
@@ -164,9 +185,7 @@ void add_ghosts(Cloud& cloud, double support) {
   cloud.halo = Halo(cloud.comm, cloud.owned, std::span(cloud.global).subspan(cloud.owned));
 }
 
-}  // namespace
-
-Cloud distribute(MPI_Comm comm, Points points, double support) {
+Cloud distribute(MPI_Comm comm, Points points, double width, const Support& support) {
   refuse_bad_points(comm, points);
   Cloud cloud;
   cloud.comm = comm;
@@ -174,6 +193,8 @@ Cloud distribute(MPI_Comm comm, Points points, double support) {
   cloud.section = points.section;
   cloud.faces = std::move(points.faces);
   cloud.tags = std::move(points.tags);
+  cloud.lattice = std::move(points.lattice);
+  cloud.walls = std::move(points.walls);
   cloud.box_lattice = points.box_lattice;
   cloud.nearest_volumes = points.nearest_volumes;
   cloud.points_on_walls = points.points_on_walls;
@@ -181,8 +202,22 @@ Cloud distribute(MPI_Comm comm, Points points, double support) {
   cloud.exact = points.exact;
   send_to_blocks(comm, points);
   fill_owned(cloud, points);
-  add_ghosts(cloud, support);
+  cloud.halo_width = width;
+  cloud.halo_support = support;
+  add_ghosts(cloud);
   return cloud;
+}
+
+}  // namespace
+
+Cloud distribute(MPI_Comm comm, Points points, double support) {
+  return distribute(comm, std::move(points), support, std::numeric_limits<double>::infinity());
+}
+
+Cloud distribute(MPI_Comm comm, Points points, const Support& support) {
+  double spacing = 0;
+  for (const Point& p : points.points) spacing = std::max(spacing, p.spacing);
+  return distribute(comm, std::move(points), support.radius(max(comm, spacing)), support);
 }
 
 }  // namespace calor

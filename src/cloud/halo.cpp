@@ -53,4 +53,13 @@ void Halo::update(std::span<Vec3> values) const {
   MPI_Type_free(&vector);
 }
 
+void Halo::raise(std::span<double> values) const {
+  if (!forest_) return;
+  PetscCallAbort(PETSC_COMM_SELF,
+                 PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
+  PetscCallAbort(PETSC_COMM_SELF,
+                 PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
+  update(values);
+}
+
 }  // namespace calor

@@ -10,7 +10,13 @@ namespace calor {
 
 Lattice::Lattice(const BoxLattice& box) : box_(box) {
   for (int a = box.dimension; a < 3; ++a) box_.points[a] = 1, box_.size[a] = 0;
-  for (int a = 0; a < box.dimension; ++a) dx_[a] = box.size[a] / static_cast<double>(cells(a));
+  for (int a = 0; a < box.dimension; ++a) {
+    if (!graded(a)) continue;
+    const std::vector<double>& x = box.coordinates[a];
+    box_.origin[a] = x.front(), box_.size[a] = x.back() - x.front();
+    box_.points[a] = static_cast<std::int64_t>(x.size()) - (box.on_walls ? 0 : 1);
+  }
+  for (int a = 0; a < box.dimension; ++a) dx_[a] = box_.size[a] / static_cast<double>(cells(a));
 }
 
 LatticeIndex Lattice::index(std::int64_t id) const {
@@ -20,8 +26,19 @@ LatticeIndex Lattice::index(std::int64_t id) const {
 
 double Lattice::largest_dx() const { return *std::max_element(dx_.begin(), dx_.begin() + box_.dimension); }
 
+double Lattice::spacing(int axis, std::int64_t i) const {
+  if (!graded(axis)) return dx_[axis];
+  const double below = i > 0 ? coordinate(axis, i) - coordinate(axis, i - 1) : 0;
+  const double above = i + 1 < box_.points[axis] ? coordinate(axis, i + 1) - coordinate(axis, i) : 0;
+  return std::max(below, above) > 0 ? std::max(below, above) : box_.size[axis];
+}
+
 double Lattice::coordinate(int axis, std::int64_t i) const {
   if (axis >= box_.dimension) return 0;
+  if (graded(axis)) {
+    const std::vector<double>& x = box_.coordinates[axis];
+    return box_.on_walls ? x[i] : 0.5 * (x[i] + x[i + 1]);
+  }
   if (!box_.on_walls) return box_.origin[axis] + (static_cast<double>(i) + 0.5) * dx_[axis];
   // The last point lies on the wall to the last bit.
   if (i == box_.points[axis] - 1) return box_.origin[axis] + box_.size[axis];
@@ -30,8 +47,31 @@ double Lattice::coordinate(int axis, std::int64_t i) const {
 
 double Lattice::width(int axis, std::int64_t i) const {
   if (axis >= box_.dimension) return 1;
+  if (graded(axis)) {
+    const auto [low, high] = cell(axis, i);
+    return high - low;
+  }
   const bool half = box_.on_walls && (i == 0 || i == box_.points[axis] - 1);
   return half ? 0.5 * dx_[axis] : dx_[axis];
+}
+
+double Lattice::full_width(int axis, std::int64_t i) const {
+  if (!graded(axis)) return dx_[axis];
+  const bool half = box_.on_walls && (i == 0 || i == box_.points[axis] - 1);
+  return (half ? 2 : 1) * width(axis, i);
+}
+
+std::pair<double, double> Lattice::cell(int axis, std::int64_t i) const {
+  if (axis >= box_.dimension) return {0, 0};
+  if (graded(axis) && !box_.on_walls) return {box_.coordinates[axis][i], box_.coordinates[axis][i + 1]};
+  if (graded(axis)) {
+    const double x = coordinate(axis, i);
+    return {i == 0 ? x : 0.5 * (coordinate(axis, i - 1) + x),
+            i == box_.points[axis] - 1 ? x : 0.5 * (x + coordinate(axis, i + 1))};
+  }
+  const double low = box_.origin[axis], high = low + box_.size[axis];
+  const double centre = low + (static_cast<double>(i) + (box_.on_walls ? 0 : 0.5)) * dx_[axis];
+  return {i == 0 ? low : centre - 0.5 * dx_[axis], i == box_.points[axis] - 1 ? high : centre + 0.5 * dx_[axis]};
 }
 
 bool Lattice::moves(const LatticeIndex& i, int axis) const {
@@ -101,24 +141,26 @@ Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter) {
   return {uniform(h & low_bits), uniform(h >> 21 & low_bits), uniform(h >> 43)};
 }
 
-Points make_box(MPI_Comm comm, const BoxLattice& box) {
-  const Lattice lattice(box);
+Points make_box(MPI_Comm comm, const BoxLattice& asked) {
+  const Lattice lattice(asked);
+  const BoxLattice& box = lattice.box();
   const int D = box.dimension;
   Points out;
   out.dimension = D;
   out.section = box.section;
   out.points_on_walls = box.on_walls;
   out.exact.volume = box.section;
-  double full = box.section, least = lattice.dx(0);
+  double least = lattice.dx(0);
   for (int a = 0; a < D; ++a) {
     const std::string axis(1, "xyz"[a]);
     out.faces.insert(out.faces.end(), {axis + "min", axis + "max"});
+    out.walls.insert(out.walls.end(), {box.origin[a], box.origin[a] + box.size[a]});
     out.exact.volume *= box.size[a];
-    full *= lattice.dx(a);
     least = std::min(least, lattice.dx(a));
   }
-  const double spacing = lattice.largest_dx();
-  out.box_lattice = box.jitter == 0 && spacing - least <= 1e-9 * spacing;
+  const double most = lattice.largest_dx();
+  if (box.jitter == 0) out.lattice = std::make_shared<const Lattice>(lattice);
+  out.box_lattice = box.jitter == 0 && !lattice.graded() && most - least <= 1e-9 * most;
 
   const Slice mine = slice(comm, lattice.count());
   std::vector<double> volume;
@@ -126,8 +168,12 @@ Points make_box(MPI_Comm comm, const BoxLattice& box) {
   out.points.reserve(mine.end - mine.begin);
   LatticeIndex i = lattice.index(mine.begin);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
-    double v = box.section;
-    for (int a = 0; a < D; ++a) v *= lattice.width(a, i[a]);
+    double v = box.section, full = box.section, spacing = 0;
+    for (int a = 0; a < D; ++a) {
+      v *= lattice.width(a, i[a]);
+      full *= lattice.full_width(a, i[a]);
+      spacing = std::max(spacing, lattice.spacing(a, i[a]));
+    }
     if (!volume.empty()) v = box.section * volume[id - mine.begin];
     out.points.push_back({.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing});
     for (int a = 0; a < D; ++a) {
@@ -135,7 +181,7 @@ Points make_box(MPI_Comm comm, const BoxLattice& box) {
       if (lattice.lowest(i, a)) normal[a] = -1, out.add_patch(2 * a, box.section * lattice.wall_area(i, a), normal);
       if (lattice.highest(i, a)) normal[a] = 1, out.add_patch(2 * a + 1, box.section * lattice.wall_area(i, a), normal);
     }
-    for (int a = 0; a < 3 && ++i[a] == lattice.box().points[a]; ++a) i[a] = 0;
+    for (int a = 0; a < 3 && ++i[a] == box.points[a]; ++a) i[a] = 0;
   }
   return out;
 }

@@ -2,6 +2,7 @@
 // Where the points of a box lattice lie and what they own; one answer on every rank, from the indices alone.
 #include <array>
 #include <cstdint>
+#include <utility>
 
 #include "base/vec3.hpp"
 #include "cloud/shapes.hpp"
@@ -19,9 +20,14 @@ class Lattice {
   std::int64_t id(const LatticeIndex& i) const { return i[0] + box_.points[0] * (i[1] + box_.points[1] * i[2]); }
   LatticeIndex index(std::int64_t id) const;
 
+  /// Interval of an axis that is not graded, m; the mean of one that is.
   double dx(int axis) const { return dx_[axis]; }
   double largest_dx() const;
-  /// Intervals between walls: cells of the lattice along an axis, each dx long.
+  bool graded(int axis) const { return !box_.coordinates[axis].empty(); }
+  bool graded() const { return graded(0) || graded(1) || graded(2); }
+  /// Largest distance to a neighbour along an axis of the regular lattice, m.
+  double spacing(int axis, std::int64_t i) const;
+  /// Intervals between walls: cells of the lattice along an axis.
   std::int64_t cells(int axis) const { return box_.points[axis] - (box_.on_walls ? 1 : 0); }
   bool lowest(const LatticeIndex& i, int axis) const { return i[axis] == 0; }
   bool highest(const LatticeIndex& i, int axis) const { return i[axis] == box_.points[axis] - 1; }
@@ -30,6 +36,10 @@ class Lattice {
   double coordinate(int axis, std::int64_t i) const;
   /// Length of the part of the regular cell of point i that lies inside the box, m.
   double width(int axis, std::int64_t i) const;
+  /// Length of the whole of it; of a point on a wall, the mirrored half included.
+  double full_width(int axis, std::int64_t i) const;
+  /// Ends of that part, m.
+  std::pair<double, double> cell(int axis, std::int64_t i) const;
   /// Place of a point, jitter included.
   Vec3 position(const LatticeIndex& i) const;
   /// Area of the wall normal to `axis` that a point on it stands for, m (2D) or m^2 (3D), jitter included. The areas

@@ -5,6 +5,7 @@
 #include <mpi.h>
 
 #include <cstdint>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -12,6 +13,7 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
 
 namespace calor {
 
@@ -42,6 +44,8 @@ struct Points {
   std::vector<Point> points;
   std::vector<SurfacePiece> patches;  ///< of points[0], then of points[1], ...
   std::vector<std::string> faces, tags = {""};
+  std::shared_ptr<const Lattice> lattice;  ///< see Cloud
+  std::vector<double> walls;               ///< of a box, see Cloud
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;
   ExactBody exact;
 
@@ -62,10 +66,12 @@ Slice slice(MPI_Comm comm, std::int64_t count);
 /// adds the points of other ranks within `support` of the block as ghosts. Refuses volumes that are not positive
 /// (coincident points: see find_neighbours). Collective; throws Error.
 Cloud distribute(MPI_Comm comm, Points points, double support);
+/// The same with the ghosts j for which an owned point i lies within support.radius((d_i + d_j) / 2): on graded clouds
+/// far fewer than within the largest support.
+Cloud distribute(MPI_Comm comm, Points points, const Support& support);
 
-/// The cloud that [cloud] asks for. `support_over_spacing` sizes cells and ghosts for the method: support radius =
-/// that times the largest spacing. Collective; throws Error.
-Cloud make_cloud(MPI_Comm comm, const Case& c, double support_over_spacing);
+/// The cloud that [cloud] asks for, with the ghosts that the support of the method needs. Collective; throws Error.
+Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support);
 
 void declare_cloud(Schema& schema);
 

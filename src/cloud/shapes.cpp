@@ -18,7 +18,7 @@ struct Shape {
 
 const std::vector<Shape>& shapes() {
   static const std::vector<Shape> all = {
-      {"box", box_from}, {"disc", disc_from}, {"cylinder", cylinder_from}, {"csv", csv_from}};
+      {"box", box_from}, {"disc", disc_from}, {"cylinder", cylinder_from}, {"rows", rows_from}, {"csv", csv_from}};
   return all;
 }
 
@@ -68,14 +68,11 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
   return static_cast<std::int64_t>(n);
 }
 
-Cloud make_cloud(MPI_Comm comm, const Case& c, double support_over_spacing) {
+Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
   const std::string name = table.text("shape");
   const auto shape = std::ranges::find(shapes(), name, &Shape::name);
-  Points points = shape->make(comm, table);
-  double spacing = 0;
-  for (const Point& p : points.points) spacing = std::max(spacing, p.spacing);
-  return distribute(comm, std::move(points), support_over_spacing * max(comm, spacing));
+  return distribute(comm, shape->make(comm, table), support);
 }
 
 void declare_cloud(Schema& schema) {
@@ -88,6 +85,7 @@ void declare_cloud(Schema& schema) {
                        {"section", Kind::quantity, "m^2", "1 m^2", "Cross-section of a body of one dimension."}}});
   declare_box(schema);
   declare_rings(schema);
+  declare_rows(schema);
   declare_csv(schema);
 }
 

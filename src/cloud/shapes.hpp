@@ -20,7 +20,10 @@ struct BoxLattice {
   std::array<double, 3> size = {1, 1, 1};          ///< m, one per axis of the dimension
   std::array<std::int64_t, 3> points = {2, 2, 2};  ///< per axis; at least 2 on walls, 1 in cells
   Vec3 origin = {};                                ///< lowest corner, m
-  bool on_walls = true;                            ///< outermost points on the walls; otherwise at cell centres
+  /// Of a graded axis: coordinates of its points (on walls) or of the ends of its cells, ascending, m; they take the
+  /// place of size, points and origin along it. Without jitter.
+  std::array<std::vector<double>, 3> coordinates = {};
+  bool on_walls = true;  ///< outermost points on the walls; otherwise at cell centres
   /// Points move by up to this fraction of the spacing: inner ones along every axis, those on a wall (on walls) within
   /// it, corners not at all; those of the outermost cells (in cells) not at all. Below 0.5.
   double jitter = 0;
@@ -46,17 +49,32 @@ struct Rings {
 /// Collective.
 Points make_rings(MPI_Comm comm, const Rings& rings);
 
+/// A rectangle from x = 0 filled with rows of points along x, each with its own number of them; ids run along the rows.
+/// Faces "xmin", "xmax", "ymin", "ymax". Volumes are those of the nearest point, exactly.
+struct Rows {
+  double length = 1;                 ///< m
+  std::vector<double> y;             ///< of every row, ascending, m; the first and the last lie on walls
+  std::vector<std::int64_t> points;  ///< of every row, at least 2: the ends lie on walls
+  double thickness = 1;              ///< m
+};
+/// Collective.
+Points make_rows(MPI_Comm comm, const Rows& rows);
+
 /// A cloud in a CSV file; see csv.cpp for its columns. Every rank reads a part. `section` gives the thickness or
-/// cross-section for the dimension that the file turns out to have. Collective; throws Error.
-Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section);
+/// cross-section for the dimension that the file turns out to have; `named` is where the case names the file.
+/// Collective; throws Error.
+Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section,
+                   const Place& named = {});
 
 // The same from the [cloud] table of a case, and the keys that belong to each.
 Points box_from(MPI_Comm comm, const Table& cloud);
 Points disc_from(MPI_Comm comm, const Table& cloud);
 Points cylinder_from(MPI_Comm comm, const Table& cloud);
+Points rows_from(MPI_Comm comm, const Table& cloud);
 Points csv_from(MPI_Comm comm, const Table& cloud);
 void declare_box(Schema& schema);
 void declare_rings(Schema& schema);
+void declare_rows(Schema& schema);
 void declare_csv(Schema& schema);
 
 /// Thickness (2D) or cross-section (1D) of the table, 1 in 3D; refuses a key that the dimension does not have.

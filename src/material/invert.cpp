@@ -47,12 +47,18 @@ int invert_increasing(const Increasing& f, std::span<const double> H, std::span<
         continue;
       }
       (excess > 0 ? s.high : s.low) = T[i];
-      double next = T[i] - excess / slope[i];
-      if (!(next > s.low && next < s.high) && excess != 0) next = bisect(s, T[i]);
+      // Where H hardly rises Newton's step is out of all proportion.
+      const double longest = std::max(1.0, 2 * std::abs(T[i]));
+      const double newton = std::clamp(-excess / slope[i], -longest, longest);
+      double next = T[i] + newton;
+      const bool is_there = std::abs(newton) <= tolerance;  // the bracket may be as narrow as the rounding of H
+      const bool is_newton = is_there || (next > s.low && next < s.high);
+      if (!is_newton) next = bisect(s, T[i]);
       const double step = next - T[i];
-      // Newton's steps shrink like e, C e^2, ...: the next one would be step^3 / last^2.
-      const double to_come = std::isinf(s.step) ? std::abs(step) : std::abs(step) * std::pow(step / s.step, 2);
-      s.done = excess == 0 || std::abs(step) <= tolerance || 100 * to_come <= tolerance;
+      // Small steps of Newton's shrink like e, C e^2, ...: the next one would be step^3 / last^2.
+      const bool is_small = is_newton && std::abs(step) <= 1e-8 * std::abs(T[i]);
+      s.done = is_there ||
+               (is_small && 100 * std::abs(step) * std::pow(step / s.step, 2) <= tolerance && !std::isinf(s.step));
       open -= s.done;
       s.step = step;
       T[i] = next;

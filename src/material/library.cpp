@@ -7,7 +7,24 @@
 namespace calor {
 namespace {
 
+/// Steel of EN 1993-1-2, t in degC; below 20 degC and above 1200 degC as there.
+double steel_conductivity(double t) { return t < 800 ? 54 - 0.0333 * t : 27.3; }
+double steel_specific_heat(double t) {
+  if (t < 600) return 425 + t * (0.773 + t * (-1.69e-3 + t * 2.22e-6));
+  if (t < 735) return 666 + 13002 / (738 - t);
+  if (t < 900) return 545 + 17820 / (t - 731);
+  return 650;
+}
+
+/// On every quarter of a kelvin from 20 to 1200 degC. A formula would be sampled without knowing of its kinks.
+Function tabulated(double (*law)(double)) {
+  std::vector<double> T, value;
+  for (int n = 4 * 20; n <= 4 * 1200; ++n) T.push_back(0.25 * n + 273.15), value.push_back(law(0.25 * n));
+  return Function::of_temperature(Curve::through(std::move(T), std::move(value), Interpolation::linear));
+}
+
 Function to_function(const LibraryValue& v, const std::string& si) {
+  if (v.law) return tabulated(v.law);
   if (!v.unit.empty()) return Function::formula(v.value, {.value = v.unit, .si = si});
   const auto [number, unit] = split_quantity(v.value);
   return Function::constant(to_si(number, unit, si));
@@ -25,6 +42,7 @@ const std::vector<LibraryMaterial>& material_library() {
   static const std::string incropera = "Incropera & DeWitt, Fundamentals of Heat and Mass Transfer, ";
   static const std::string a1 = incropera + "table A.1, 300 K", a4 = incropera + "table A.4, 300 K, 1 atm",
                            a6 = incropera + "table A.6, saturated liquid, 300 K";
+  static const std::string en = "EN 1993-1-2:2005, clause ";
   static const std::vector<LibraryMaterial> all = {
       {"alumina",
        {"5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", "W/(m K)",
@@ -46,6 +64,10 @@ const std::vector<LibraryMaterial>& material_library() {
        {"63.9 W/(m K)", "", a1 + " (AISI 1010)"},
        {"7832 kg/m^3", "", a1 + " (AISI 1010)"},
        {"434 J/(kg K)", "", a1 + " (AISI 1010)"}},
+      {"carbon steel EN 1993-1-2",
+       {"54 - 0.0333 t to t = 800 degC, then 27.3", "W/(m K)", en + "3.4.1.3", steel_conductivity},
+       {"7850 kg/m^3", "", en + "3.2.2"},
+       {"four laws to 1200 degC, with a peak of 5000 at 735 degC", "J/(kg K)", en + "3.4.1.2", steel_specific_heat}},
       {"stainless steel 304", {"14.9 W/(m K)", "", a1}, {"7900 kg/m^3", "", a1}, {"477 J/(kg K)", "", a1}},
       {"air", {"0.0263 W/(m K)", "", a4}, {"1.1614 kg/m^3", "", a4}, {"1007 J/(kg K)", "", a4}},
       {"water", {"0.613 W/(m K)", "", a6}, {"997 kg/m^3", "", a6}, {"4179 J/(kg K)", "", a6}},

@@ -9,9 +9,11 @@ namespace calor {
 
 /// One property with where it comes from.
 struct LibraryValue {
-  std::string value;  ///< as it would be written in a case, e.g. "7900 kg/m^3" or a formula in T (K)
-  std::string unit;   ///< of a formula; empty where `value` has one
+  std::string
+      value;         ///< as it would be written in a case, e.g. "7900 kg/m^3" or a formula in T (K); or what the law is
+  std::string unit;  ///< of a formula or law; empty where `value` has one
   std::string source;
+  double (*law)(double) = nullptr;  ///< of the temperature in degC, in SI units
 };
 
 struct LibraryMaterial {

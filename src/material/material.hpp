@@ -2,6 +2,7 @@
 // What a body is made of. A Material is what the case says; bound to points it becomes PointProperties, which evaluate
 // whole arrays (one virtual call an array, never one a point). A new law or mixing rule is a new file and a line in
 // materials.cpp.
+#include <algorithm>
 #include <cstddef>
 #include <memory>
 #include <span>
@@ -29,6 +30,10 @@ class PointProperties {
                         std::span<double> rho_c) const = 0;
   /// kg/m^3; only where Material::has_capacity() and not Material::density_depends_on_T().
   virtual void density(std::size_t first, std::span<double> rho) const = 0;
+  /// Of the ingredient with that number in Material::ingredients().
+  virtual void volume_fraction(std::size_t /*ingredient*/, std::size_t /*first*/, std::span<double> v) const {
+    std::ranges::fill(v, 1.0);
+  }
 };
 
 /// Temperatures a run is expected to see (curves are sampled there first) and the zero of the enthalpy, K.
@@ -52,6 +57,8 @@ class Material {
   virtual bool density_depends_on_T() const = 0;
   /// Are density and specific heat known? A steady case does without.
   virtual bool has_capacity() const = 0;
+  /// Names of the materials that are mixed in it; its own where nothing is. A name may come twice.
+  virtual std::vector<std::string> ingredients() const { return {name}; }
 
   const std::string name;
 };

@@ -25,7 +25,15 @@ struct Region {
   std::vector<double> weight;
   std::vector<Vec3> x;  // of the points listed
   std::unique_ptr<PointProperties> at;
+  Place conductivity_place, capacity_place;  // where the case writes them
 };
+
+/// Where the case writes a property of a material; where it names the material if that comes from the library.
+Place place_of(const Case& c, const BodyRegion& region, const std::string& property) {
+  for (const auto& [name, table] : c.section("material").children())
+    if (name == region.material) return table.place(property);
+  return region.place;
+}
 
 std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
   return s.empty() ? s : s.subspan(first, n);
@@ -76,12 +84,12 @@ struct MaterialField::Parts {
   }
 
   void check(const Region& r, std::size_t first, double t, std::span<const double> T, std::span<const double> value,
-             const char* what, const char* unit) const {
+             const Place& place, const char* what, const char* unit) const {
     if (all_positive(value)) return;
     for (std::size_t i = 0; i < value.size(); ++i) {
       if (all_positive(value.subspan(i, 1))) continue;
       const Vec3& p = x[r.point.empty() ? first + i : r.point[first + i]];
-      throw Error(Fault::numbers,
+      throw Error(Fault::numbers, place,
                   fmt::format("the {} of '{}' is {:.6g} {} at ({:.6g}, {:.6g}, {:.6g}) m, T = {:.6g} K, t = {:.6g} s",
                               what, r.material->name, value[i], unit, p.x, p.y, p.z, T[i], t),
                   std::isfinite(T[i]) ? "give a law that is positive at every temperature the run may see"
@@ -119,7 +127,13 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const 
   const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
   bool layered = false, of_T_alone = true;
   for (BodyRegion& r : body_regions(c, cloud, {x, tag}, unnamed ? materials.only_one() : "")) {
-    Region region{materials.get(r.material, r.place), std::move(r.point), std::move(r.weight), {}, nullptr};
+    Region region{materials.get(r.material, r.place),
+                  std::move(r.point),
+                  std::move(r.weight),
+                  {},
+                  nullptr,
+                  place_of(c, r, "conductivity"),
+                  place_of(c, r, "specific_heat")};
     const Material& m = *region.material;
     p.k_depends_on_T |= m.conductivity_depends_on_T();
     p.k_depends_on_time |= m.conductivity_depends_on_time();
@@ -157,13 +171,36 @@ bool MaterialField::conductivity_depends_on_time() const { return parts_->k_depe
 bool MaterialField::capacity_depends_on_T() const { return parts_->has_capacity && parts_->capacity_depends_on_T; }
 bool MaterialField::has_capacity() const { return parts_->has_capacity; }
 
+std::vector<std::string> MaterialField::ingredients() const {
+  std::vector<std::string> names;
+  for (const Region& r : parts_->regions)
+    for (const std::string& name : r.material->ingredients())
+      if (!std::ranges::count(names, name)) names.push_back(name);
+  return names;
+}
+
+void MaterialField::volume_fraction(const std::string& ingredient, std::span<double> v) const {
+  // Only its size counts: fractions do not depend on temperature.
+  const std::vector<double> T(v.size());
+  Scratch part;
+  parts_->sweep(0, T, v, {}, [&](const Region& r, std::size_t at, auto T, auto v, auto) {
+    std::ranges::fill(v, 0.0);
+    const std::vector<std::string> names = r.material->ingredients();
+    for (std::size_t n = 0; n < names.size(); ++n) {
+      if (names[n] != ingredient) continue;
+      r.at->volume_fraction(n, at, {part.data(), T.size()});
+      for (std::size_t i = 0; i < v.size(); ++i) v[i] += part[i];
+    }
+  });
+}
+
 void MaterialField::conductivity(double t, std::span<const double> T, std::span<double> k,
                                  std::span<double> dk_dT) const {
   const Parts& p = *parts_;
   p.sweep(0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
     r.at->conductivity(at, t, T, k, dk_dT);
     if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
-      p.check(r, at, t, T, k, "conductivity", "W/(m K)");
+      p.check(r, at, t, T, k, r.conductivity_place, "conductivity", "W/(m K)");
   });
 }
 
@@ -180,7 +217,7 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
       for (std::size_t n = 0; n < T.size(); n += block) {
         const std::size_t size = std::min(block, T.size() - n);
         r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
-        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, "conductivity", "W/(m K)");
+        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_place, "conductivity", "W/(m K)");
       }
     };
     look(T, 0);
@@ -206,7 +243,7 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
   }
   p.sweep(0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
     r.at->enthalpy(at, T, H, rho_c);
-    p.check(r, at, 0, T, rho_c, "volumetric heat capacity", "J/(m^3 K)");
+    p.check(r, at, 0, T, rho_c, r.capacity_place, "volumetric heat capacity", "J/(m^3 K)");
   });
 }
 

@@ -3,6 +3,7 @@
 // point on the interface of two layers to both with equal weights.
 #include <memory>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "case/case.hpp"
@@ -32,6 +33,11 @@ class MaterialField {
   bool capacity_depends_on_T() const;
   /// Are density and specific heat known everywhere? A steady case does without: rho c then counts as 1 J/(m^3 K).
   bool has_capacity() const;
+
+  /// Names of the materials in the body that are no mixtures, each once.
+  std::vector<std::string> ingredients() const;
+  /// Volume fraction of an ingredient at the first v.size() places, 0 to 1.
+  void volume_fraction(const std::string& ingredient, std::span<double> v) const;
 
   // All places, or only the first T.size() of them. A value that is not positive and finite throws Error(numbers)
   // with point and temperature; that can happen on one rank alone: callers run these inside `together` or check at

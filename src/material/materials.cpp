@@ -16,7 +16,27 @@
 namespace calor {
 namespace {
 
-const std::vector<std::string> property_keys = {"conductivity", "density", "specific_heat", "library"};
+const std::vector<std::string> property_keys = {"conductivity", "density", "specific_heat", "library",
+                                                "latent_heat",  "solidus", "liquidus"};
+
+std::optional<LatentHeat> latent_heat(const Table& table) {
+  const std::vector<const char*> keys = {"latent_heat", "solidus", "liquidus"};
+  const auto missing = std::ranges::find_if(keys, [&](const char* key) { return !table.has(key); });
+  const auto given = std::ranges::find_if(keys, [&](const char* key) { return table.has(key); });
+  if (given == keys.end()) return std::nullopt;
+  if (missing != keys.end())
+    table.refuse(*given, fmt::format("[{}] has a {} and no {}", table.path(), *given, *missing),
+                 "melting takes latent_heat, solidus and liquidus");
+  const LatentHeat latent{table.number("latent_heat"), table.number("solidus"), table.number("liquidus")};
+  if (!(latent.heat > 0))
+    table.refuse("latent_heat", fmt::format("a latent heat of {:g} J/kg is not positive", latent.heat),
+                 "give the heat that melts one kilogram");
+  if (!(latent.liquidus > latent.solidus))
+    table.refuse("liquidus",
+                 fmt::format("the liquidus, {:g} K, is not above the solidus, {:g} K", latent.liquidus, latent.solidus),
+                 "melting takes a range of temperatures; of a pure substance take 1 K or less");
+  return latent;
+}
 
 std::shared_ptr<const Material> make_simple(const std::string& name, const Table& table, bool transient) {
   std::optional<Function> k, rho, c;
@@ -34,7 +54,7 @@ std::shared_ptr<const Material> make_simple(const std::string& name, const Table
     if (transient && !*value)
       table.refuse("", fmt::format("[{}] has no {}, which a case with [time] needs", table.path(), key),
                    fmt::format("add {} = \"... {}\"", key, unit));
-  return make_simple_material(name, {*k, rho, c});
+  return make_simple_material(name, {*k, rho, c, latent_heat(table)});
 }
 
 }  // namespace
@@ -69,10 +89,21 @@ std::shared_ptr<const Material> Materials::make(const std::string& name, const T
                  "write phases = [\"first\", \"second\"]");
   making_.push_back(name);
   const auto first = get(phases[0], table.place("phases")), second = get(phases[1], table.place("phases"));
+  std::shared_ptr<const Material> filling;
+  if (table.has("pores")) filling = get(table.sub("pores").text("material"), table.sub("pores").place("material"));
   making_.pop_back();
-  const auto rule = std::ranges::find(mixing_rules(), table.text("mix"), &MixingRule::name);
-  return make_mixture(name, *rule, table.text("basis") == "mass" ? Basis::mass : Basis::volume,
-                      table.function("fraction"), first, second, table.place("basis"));
+  MixtureRecipe recipe{.name = name,
+                       .rule = &*std::ranges::find(mixing_rules(), table.text("mix"), &MixingRule::name),
+                       .basis = table.text("basis") == "mass" ? Basis::mass : Basis::volume,
+                       .fraction = table.function("fraction"),
+                       .phases = {first, second}};
+  if (table.has("pores")) {
+    const Table pores = table.sub("pores");
+    recipe.phases.push_back(filling);
+    recipe.porosity = pores.function("porosity");
+    recipe.pores = pores.text("as") == "third" ? Pores::third : Pores::sequential;
+  }
+  return make_mixture(std::move(recipe), table.place("basis"));
 }
 
 std::string Materials::only_one() const {
@@ -82,8 +113,10 @@ std::string Materials::only_one() const {
                 "add [material.NAME] with a conductivity, or library = \"...\" in it");
   std::vector<std::string> phases, bodies;
   for (const auto& [name, table] : materials)
-    if (table.has("mix"))
+    if (table.has("mix")) {
       for (const auto& phase : table.texts("phases")) phases.push_back(phase);
+      if (table.has("pores")) phases.push_back(table.sub("pores").text("material"));
+    }
   for (const auto& [name, table] : materials)
     if (!std::ranges::count(phases, name)) bodies.push_back(name);
   if (bodies.size() == 1) return bodies.front();
@@ -95,39 +128,55 @@ std::string Materials::only_one() const {
 
 void declare_materials(Schema& schema) {
   std::vector<std::string> rules, library;
-  std::string rule_sentence = "Mixes two other materials:";
+  std::string rule_sentence = "Mixes two other materials, the conductivity by a rule (docs/graded-materials.md).";
   for (const auto& rule : mixing_rules()) {
     rules.push_back(rule.name);
-    rule_sentence += fmt::format(" {}: {};", rule.name, rule.sentence);
+    rule_sentence += fmt::format(" {}: {}.", rule.name, rule.sentence);
   }
-  rule_sentence.back() = '.';
   for (const auto& m : material_library()) library.push_back(m.name);
 
   schema.add(
       {.path = "material.*",
        .sentence = "A material. A value may depend on place (x, y, z, r) and temperature (T), the conductivity on "
                    "time (t) too. The conductivity is the same in all directions: one value, not a list.",
-       .keys = {{"conductivity", Kind::function, "W/(m K)", optional, "Conductivity, the same in all directions."},
+       .keys = {{"conductivity", Kind::function, "W/(m K)", optional,
+                 "Conductivity, the same in all directions (anisotropic bodies are not supported)."},
                 {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
                 {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
+                {"latent_heat", Kind::quantity, "J/kg", optional,
+                 "Heat of melting, taken up evenly between solidus and liquidus."},
+                {"solidus", Kind::quantity, "K", optional, "Temperature at which melting begins."},
+                {"liquidus", Kind::quantity, "K", optional, "Temperature at which melting ends."},
                 {"library", Kind::choice, "", optional,
                  "Takes the values of a built-in material; keys written beside it replace single values.", library},
                 {"mix", Kind::choice, "", optional, rule_sentence, rules}}});
-  for (const auto& rule : rules)
-    schema.add({.path = "material.*",
-                .sentence = fmt::format("A mixture by the rule '{}'.", rule),
-                .keys = {{"phases", Kind::texts, "", required, "The two materials that are mixed."},
-                         {"fraction", Kind::function, "", required,
-                          "Fraction of the second phase, 0 to 1, a number or a function of place."},
-                         {"basis",
-                          Kind::choice,
-                          "",
-                          required,
-                          "What the fraction is of. mass: rho = 1/((1-a)/rho1 + a/rho2), c = (1-a) c1 + a c2; volume: "
-                          "rho and rho c are volume averages. The conductivity takes the fraction as it is.",
-                          {"mass", "volume"}}},
-                .when_key = "mix",
-                .when_value = rule});
+  schema.add({.path = "material.*",
+              .sentence = "A mixture of two other materials (docs/graded-materials.md).",
+              .keys = {{"phases", Kind::texts, "", required, "The two materials that are mixed."},
+                       {"fraction", Kind::function, "", required,
+                        "Fraction of the second phase in the solid, 0 to 1, a number or a function of place."},
+                       {"basis",
+                        Kind::choice,
+                        "",
+                        required,
+                        "What the fraction is of. mass (with voigt alone): rho = 1/((1-a)/rho1 + a/rho2), "
+                        "c = (1-a) c1 + a c2; volume: rho and rho c are volume averages. The conductivity takes the "
+                        "fraction as it is.",
+                        {"mass", "volume"}},
+                       {"pores", Kind::table, "", optional, "Pores in the mixture; none where absent."}},
+              .when_key = "mix"});
+  schema.add({.path = "material.*.pores",
+              .sentence = "Pores take the fraction P of the volume, the phases share the rest.",
+              .keys = {{"material", Kind::text, "", required, "What fills the pores, e.g. \"air\"."},
+                       {"porosity", Kind::function, "", required,
+                        "P, from 0 to less than 1, a number or a function of place."},
+                       {"as",
+                        Kind::choice,
+                        "",
+                        "sequential",
+                        "How pores enter the conductivity. sequential: the rule mixes the two phases, then the result "
+                        "with the pores as second phase; third: it mixes all three at once.",
+                        {"sequential", "third"}}}});
   const std::vector<std::string> axes = {"x", "y", "z"};
   schema.add(
       {.path = "body",

@@ -1,5 +1,6 @@
 #pragma once
-// Rules for the conductivity of a mixture of two phases. A new rule is one more entry in mixing_rules.cpp.
+// Rules for the conductivity of a mixture of phases, from their volume fractions. A new rule is one more entry in
+// mixing_rules.cpp.
 #include <span>
 #include <string>
 #include <vector>
@@ -8,11 +9,14 @@ namespace calor {
 
 struct MixingRule {
   std::string name;
-  std::string sentence;  ///< for the manual
-  /// k of every point from the fraction a of the second phase and the conductivities of both, and the derivatives
-  /// with respect to these. All spans have the same size.
-  void (*mix)(std::span<const double> a, std::span<const double> k1, std::span<const double> k2, std::span<double> k,
-              std::span<double> dk_dk1, std::span<double> dk_dk2);
+  std::string sentence;  ///< for the manual, without a full stop
+  std::string source;
+  /// Conductivity of every point, and its derivatives by the conductivities of the phases. v (fractions, whose sum is
+  /// 1), k (W/(m K)) and dmixed_dk hold the first phase at all points, then the second phase at all points, and so on:
+  /// mixed.size() entries a phase.
+  void (*mix)(std::span<const double> v, std::span<const double> k, std::span<double> mixed,
+              std::span<double> dmixed_dk);
+  bool takes_mass = false;  ///< may the fractions be of the mass, taken as they are?
 };
 
 const std::vector<MixingRule>& mixing_rules();

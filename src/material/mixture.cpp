@@ -11,63 +11,75 @@
 namespace calor {
 namespace {
 
-constexpr std::size_t block = 256;  // points at a time, so that scratch stays on the stack
+constexpr std::size_t block = 256, most_phases = 3;  // points at a time, so that scratch stays on the stack
 using Scratch = std::array<double, block>;
+using PhaseScratch = std::array<double, most_phases * block>;  // phase by phase, as mixing rules want it
 
-struct Recipe {
-  std::string name;
-  const MixingRule* rule;
-  Basis basis;
-  Function fraction;
-  std::shared_ptr<const Material> first, second;
-
-  bool of_T_alone() const {
-    return fraction.is_constant() && first->conductivity_of_T_alone() && second->conductivity_of_T_alone();
-  }
-  bool has_capacity() const { return first->has_capacity() && second->has_capacity(); }
-};
-
-double mixed(const MixingRule& rule, double a, double k1, double k2) {
-  double k, d1, d2;
-  rule.mix({&a, 1}, {&k1, 1}, {&k2, 1}, {&k, 1}, {&d1, 1}, {&d2, 1});
-  return k;
+std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
+  return s.empty() ? s : s.subspan(first, n);
 }
+
+/// The function at the points; throws Error(bad_case) outside [0, 1], or [0, 1) where not `closed`. What rounding puts
+/// beyond an end is the end.
+PointValues checked_fraction(const Function& f, std::span<const Vec3> x, const std::string& what, bool closed) {
+  constexpr double rounding = 1e-12;
+  const PointValues written(f, x);
+  std::vector<double> values(written.all().begin(), written.all().end());
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const double v = values[i];
+    if (!(v >= -rounding && (closed ? v <= 1 + rounding : v < 1))) {
+      const std::string where =
+          written.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
+      throw Error(Fault::bad_case, f.place(), fmt::format("the {} is {:.6g}{}", what, v, where),
+                  closed ? "a fraction lies between 0 and 1" : "a porosity lies between 0 and 1, below 1");
+    }
+    values[i] = std::clamp(v, 0.0, 1.0);
+  }
+  return values.empty() ? PointValues() : PointValues(std::move(values));
+}
+
+bool has_capacity(const MixtureRecipe& recipe) {
+  return std::ranges::all_of(recipe.phases, [](const auto& phase) { return phase->has_capacity(); });
+}
+
+/// Fractions of the mass tell those of the volume through the densities.
+bool knows_volumes(const MixtureRecipe& recipe) { return recipe.basis == Basis::volume || has_capacity(recipe); }
 
 class MixturePointProperties final : public PointProperties {
  public:
-  MixturePointProperties(const Recipe& recipe, std::span<const Vec3> x, const TemperatureRange& range)
-      : rule_(*recipe.rule), first_(recipe.first->at(x, range)), second_(recipe.second->at(x, range)) {
-    PointValues a(recipe.fraction, x);
-    for (std::size_t i = 0; i < a.all().size(); ++i)
-      if (!(a[i] >= 0 && a[i] <= 1))
-        throw Error(Fault::bad_case, recipe.fraction.place(),
-                    fmt::format("the fraction in '{}' is {:.6g} at ({:.6g}, {:.6g}, {:.6g}) m", recipe.name, a[i],
-                                x[i].x, x[i].y, x[i].z),
-                    "a fraction lies between 0 and 1");
+  MixturePointProperties(const MixtureRecipe& recipe, std::span<const Vec3> x, const TemperatureRange& range,
+                         bool of_T_alone)
+      : mix_(recipe.rule->mix), pores_(recipe.pores) {
+    for (const auto& phase : recipe.phases) phases_.push_back(phase->at(x, range));
+    if (knows_volumes(recipe))
+      for (const auto& phase : recipe.phases) ingredients_.push_back(phase->ingredients().size());
+    fraction_ = volume_fraction_ =
+        checked_fraction(recipe.fraction, x, fmt::format("fraction in '{}'", recipe.name), true);
+    if (recipe.porosity)
+      porosity_ = checked_fraction(*recipe.porosity, x, fmt::format("porosity of '{}'", recipe.name), false);
     // In one mass unit of the mixture the second phase takes the volume a / rho2 of (1-a) / rho1 + a / rho2, so with
     // the fraction of the volume both bases hold heat and mass alike.
-    if (recipe.has_capacity() && recipe.basis == Basis::mass) {
+    if (recipe.basis == Basis::mass && has_capacity(recipe) && !x.empty()) {
       std::vector<double> rho1(x.size()), rho2(x.size()), v(x.size());
-      first_->density(0, rho1);
-      second_->density(0, rho2);
-      for (std::size_t i = 0; i < v.size(); ++i) v[i] = a[i] / rho2[i] / ((1 - a[i]) / rho1[i] + a[i] / rho2[i]);
-      volume_fraction_ = v.empty() ? PointValues() : PointValues(std::move(v));
-    } else {
-      volume_fraction_ = a;
+      phases_[0]->density(0, rho1);
+      phases_[1]->density(0, rho2);
+      for (std::size_t i = 0; i < v.size(); ++i) {
+        const double a = fraction_[i];
+        v[i] = a / rho2[i] / ((1 - a) / rho1[i] + a / rho2[i]);
+      }
+      volume_fraction_ = PointValues(std::move(v));
     }
-    if (recipe.of_T_alone() && !x.empty()) {
-      const std::shared_ptr<const PointProperties> one = recipe.first->at(x.first(1), range),
-                                                   two = recipe.second->at(x.first(1), range);
+    if (of_T_alone && !x.empty()) {
+      // Properties of their own, since the curve goes on sampling.
+      const auto one = std::make_shared<MixturePointProperties>(recipe, x.first(1), range, false);
       curve_ = Curve::sampled(
-          [rule = recipe.rule, a = a[0], one, two](double T) {
-            double k1, k2;
-            one->conductivity(0, 0, {&T, 1}, {&k1, 1}, {});
-            two->conductivity(0, 0, {&T, 1}, {&k2, 1}, {});
-            return mixed(*rule, a, k1, k2);
+          [one](double T) {
+            double k;
+            one->conductivity(0, 0, {&T, 1}, {&k, 1}, {});
+            return k;
           },
           range.low, range.high);
     }
-    fraction_ = std::move(a);
   }
 
   void conductivity(std::size_t first, double t, std::span<const double> T, std::span<double> k,
@@ -77,14 +89,17 @@ class MixturePointProperties final : public PointProperties {
       if (!dk_dT.empty()) curve_->derivatives(T, dk_dT);
       return;
     }
-    Scratch a, k1, k2, dk1, dk2, d1, d2;
+    PhaseScratch k_phase, dk_phase, by_phase;
     for (std::size_t b = 0; b < T.size(); b += block) {
-      const std::size_t n = std::min(block, T.size() - b), nd = dk_dT.empty() ? 0 : n;
-      for (std::size_t i = 0; i < n; ++i) a[i] = fraction_[first + b + i];
-      first_->conductivity(first + b, t, T.subspan(b, n), {k1.data(), n}, {dk1.data(), nd});
-      second_->conductivity(first + b, t, T.subspan(b, n), {k2.data(), n}, {dk2.data(), nd});
-      rule_.mix({a.data(), n}, {k1.data(), n}, {k2.data(), n}, k.subspan(b, n), {d1.data(), n}, {d2.data(), n});
-      for (std::size_t i = 0; i < nd; ++i) dk_dT[b + i] = d1[i] * dk1[i] + d2[i] * dk2[i];
+      const std::size_t n = std::min(block, T.size() - b);
+      for (std::size_t p = 0; p < phases_.size(); ++p)
+        phases_[p]->conductivity(first + b, t, T.subspan(b, n), {&k_phase[p * n], n},
+                                 {&dk_phase[p * n], dk_dT.empty() ? 0 : n});
+      mix(first + b, k_phase, k.subspan(b, n), by_phase);
+      for (std::size_t i = 0; i < n && !dk_dT.empty(); ++i) {
+        dk_dT[b + i] = 0;
+        for (std::size_t p = 0; p < phases_.size(); ++p) dk_dT[b + i] += by_phase[p * n + i] * dk_phase[p * n + i];
+      }
     }
   }
 
@@ -94,81 +109,143 @@ class MixturePointProperties final : public PointProperties {
 
   void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H,
                 std::span<double> rho_c) const override {
-    Scratch H2, c2;
+    Scratch H_phase, c_phase;
+    std::ranges::fill(H, 0.0);
+    std::ranges::fill(rho_c, 0.0);
     for (std::size_t b = 0; b < T.size(); b += block) {
-      const std::size_t n = std::min(block, T.size() - b), nH = H.empty() ? 0 : n, nc = rho_c.empty() ? 0 : n;
-      const auto H1 = H.subspan(H.empty() ? 0 : b, nH), c1 = rho_c.subspan(rho_c.empty() ? 0 : b, nc);
-      first_->enthalpy(first + b, T.subspan(b, n), H1, c1);
-      second_->enthalpy(first + b, T.subspan(b, n), {H2.data(), nH}, {c2.data(), nc});
-      blend(first + b, H2, H1);
-      blend(first + b, c2, c1);
+      const std::size_t n = std::min(block, T.size() - b);
+      const auto H_sum = part(H, b, n), c_sum = part(rho_c, b, n);
+      for (std::size_t p = 0; p < phases_.size(); ++p) {
+        phases_[p]->enthalpy(first + b, T.subspan(b, n), {H_phase.data(), H_sum.size()},
+                             {c_phase.data(), c_sum.size()});
+        add(p, first + b, H_phase, H_sum);
+        add(p, first + b, c_phase, c_sum);
+      }
     }
   }
 
   void density(std::size_t first, std::span<double> rho) const override {
-    Scratch rho2;
+    Scratch rho_phase;
+    std::ranges::fill(rho, 0.0);
     for (std::size_t b = 0; b < rho.size(); b += block) {
-      const auto part = rho.subspan(b, std::min(block, rho.size() - b));
-      first_->density(first + b, part);
-      second_->density(first + b, {rho2.data(), part.size()});
-      blend(first + b, rho2, part);
+      const auto sum = rho.subspan(b, std::min(block, rho.size() - b));
+      for (std::size_t p = 0; p < phases_.size(); ++p) {
+        phases_[p]->density(first + b, {rho_phase.data(), sum.size()});
+        add(p, first + b, rho_phase, sum);
+      }
     }
+  }
+
+  void volume_fraction(std::size_t ingredient, std::size_t first, std::span<double> v) const override {
+    if (ingredients_.empty()) return PointProperties::volume_fraction(ingredient, first, v);
+    std::size_t p = 0;
+    for (; ingredient >= ingredients_[p]; ++p) ingredient -= ingredients_[p];
+    phases_[p]->volume_fraction(ingredient, first, v);
+    for (std::size_t i = 0; i < v.size(); ++i) v[i] *= volume(p, first + i);
   }
 
  private:
-  void blend(std::size_t first, const Scratch& second, std::span<double> value) const {
-    for (std::size_t i = 0; i < value.size(); ++i) {
-      const double v = volume_fraction_[first + i];
-      value[i] = (1 - v) * value[i] + v * second[i];
+  double share(std::size_t phase, double second, double pores) const {
+    return phase == 2 ? pores : (1 - pores) * (phase == 1 ? second : 1 - second);
+  }
+  double volume(std::size_t phase, std::size_t i) const { return share(phase, volume_fraction_[i], porosity_[i]); }
+
+  void add(std::size_t phase, std::size_t first, const Scratch& value, std::span<double> sum) const {
+    for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += volume(phase, first + i) * value[i];
+  }
+
+  /// Conductivity of points first ... and its derivatives by those of the phases.
+  void mix(std::size_t first, const PhaseScratch& k_phase, std::span<double> k, PhaseScratch& by_phase) const {
+    const std::size_t n = k.size(), count = phases_.size();
+    const bool in_two_steps = count == 3 && pores_ == Pores::sequential;
+    const std::size_t at_once = in_two_steps ? 2 : count;
+    PhaseScratch v;
+    for (std::size_t p = 0; p < at_once; ++p)
+      for (std::size_t i = 0; i < n; ++i)
+        v[p * n + i] = share(p, fraction_[first + i], in_two_steps ? 0 : porosity_[first + i]);
+    mix_({v.data(), at_once * n}, {k_phase.data(), at_once * n}, k, {by_phase.data(), at_once * n});
+    if (!in_two_steps) return;
+
+    PhaseScratch k_both, by_both;  // the solid, the pores
+    for (std::size_t i = 0; i < n; ++i) {
+      v[i] = 1 - porosity_[first + i], v[n + i] = porosity_[first + i];
+      k_both[i] = k[i], k_both[n + i] = k_phase[2 * n + i];
+    }
+    mix_({v.data(), 2 * n}, {k_both.data(), 2 * n}, k, {by_both.data(), 2 * n});
+    for (std::size_t i = 0; i < n; ++i) {
+      by_phase[i] *= by_both[i], by_phase[n + i] *= by_both[i];
+      by_phase[2 * n + i] = by_both[n + i];
     }
   }
 
-  const MixingRule& rule_;
-  std::unique_ptr<PointProperties> first_, second_;
-  PointValues fraction_, volume_fraction_;
-  std::optional<Curve> curve_;  // k(T) where both phases and the fraction allow it
+  decltype(MixingRule::mix) mix_;
+  Pores pores_;
+  std::vector<std::unique_ptr<PointProperties>> phases_;
+  std::vector<std::size_t> ingredients_;  // of every phase; none where the volumes are not known
+  PointValues fraction_, volume_fraction_, porosity_;
+  std::optional<Curve> curve_;  // k(T) where the phases, the fraction and the porosity allow it
 };
 
 class Mixture final : public Material {
  public:
-  explicit Mixture(Recipe recipe) : Material(recipe.name), recipe_(std::move(recipe)) {}
+  explicit Mixture(MixtureRecipe recipe) : Material(recipe.name), recipe_(std::move(recipe)) {}
 
   std::unique_ptr<PointProperties> at(std::span<const Vec3> x, const TemperatureRange& range) const override {
-    return std::make_unique<MixturePointProperties>(recipe_, x, range);
+    return std::make_unique<MixturePointProperties>(recipe_, x, range, conductivity_of_T_alone());
   }
-  bool conductivity_of_T_alone() const override { return recipe_.of_T_alone(); }
+  bool conductivity_of_T_alone() const override {
+    return recipe_.fraction.is_constant() && (!recipe_.porosity || recipe_.porosity->is_constant()) &&
+           std::ranges::all_of(recipe_.phases, [](const auto& phase) { return phase->conductivity_of_T_alone(); });
+  }
   bool conductivity_is_layered() const override {
-    return recipe_.fraction.is_layered() || either(&Material::conductivity_is_layered);
+    return recipe_.fraction.is_layered() || (recipe_.porosity && recipe_.porosity->is_layered()) ||
+           some(&Material::conductivity_is_layered);
   }
-  bool conductivity_depends_on_T() const override { return either(&Material::conductivity_depends_on_T); }
-  bool conductivity_depends_on_time() const override { return either(&Material::conductivity_depends_on_time); }
-  bool capacity_depends_on_T() const override { return has_capacity() && either(&Material::capacity_depends_on_T); }
-  bool density_depends_on_T() const override { return either(&Material::density_depends_on_T); }
-  bool has_capacity() const override { return recipe_.has_capacity(); }
+  bool conductivity_depends_on_T() const override { return some(&Material::conductivity_depends_on_T); }
+  bool conductivity_depends_on_time() const override { return some(&Material::conductivity_depends_on_time); }
+  bool capacity_depends_on_T() const override { return has_capacity() && some(&Material::capacity_depends_on_T); }
+  bool density_depends_on_T() const override { return some(&Material::density_depends_on_T); }
+  bool has_capacity() const override { return calor::has_capacity(recipe_); }
+  std::vector<std::string> ingredients() const override {
+    if (!knows_volumes(recipe_)) return Material::ingredients();
+    std::vector<std::string> names;
+    for (const auto& phase : recipe_.phases)
+      for (const std::string& name : phase->ingredients()) names.push_back(name);
+    return names;
+  }
 
  private:
-  bool either(bool (Material::*is)() const) const { return ((*recipe_.first).*is)() || ((*recipe_.second).*is)(); }
+  bool some(bool (Material::*is)() const) const {
+    return std::ranges::any_of(recipe_.phases, [&](const auto& phase) { return ((*phase).*is)(); });
+  }
 
-  Recipe recipe_;
+  MixtureRecipe recipe_;
 };
+
+void refuse_all_but_place(const Function& f, const std::string& what) {
+  if (f.depends_on_time() || f.depends_on_temperature())
+    throw Error(Fault::bad_case, f.place(),
+                fmt::format("the {} depends on {}", what, f.depends_on_time() ? "time" : "temperature"),
+                "it is a number or a function of place");
+}
 
 }  // namespace
 
-std::unique_ptr<Material> make_mixture(const std::string& name, const MixingRule& rule, Basis basis, Function fraction,
-                                       std::shared_ptr<const Material> first, std::shared_ptr<const Material> second,
-                                       const Place& place) {
-  if (fraction.depends_on_time() || fraction.depends_on_temperature())
-    throw Error(
-        Fault::bad_case, fraction.place(),
-        fmt::format("the fraction in '{}' depends on {}", name, fraction.depends_on_time() ? "time" : "temperature"),
-        "a fraction is a number or a function of place");
-  for (const auto& phase : {first, second})
-    if (basis == Basis::mass && phase->has_capacity() && phase->density_depends_on_T())
-      throw Error(Fault::bad_case, place,
-                  fmt::format("'{}' mixes by mass, but the density of '{}' depends on temperature", name, phase->name),
-                  "give that phase a density that does not depend on temperature, or write basis = \"volume\"");
-  return std::make_unique<Mixture>(
-      Recipe{name, &rule, basis, std::move(fraction), std::move(first), std::move(second)});
+std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const Place& place) {
+  refuse_all_but_place(recipe.fraction, fmt::format("fraction in '{}'", recipe.name));
+  if (recipe.porosity) refuse_all_but_place(*recipe.porosity, fmt::format("porosity of '{}'", recipe.name));
+  if (recipe.basis == Basis::mass && !recipe.rule->takes_mass)
+    throw Error(Fault::bad_case, place,
+                fmt::format("'{}' mixes by mass, but the rule '{}' takes fractions of the volume", recipe.name,
+                            recipe.rule->name),
+                "write basis = \"volume\" and the fraction of the volume");
+  for (const auto& phase : {recipe.phases[0], recipe.phases[1]})
+    if (recipe.basis == Basis::mass && phase->has_capacity() && phase->density_depends_on_T())
+      throw Error(
+          Fault::bad_case, place,
+          fmt::format("'{}' mixes by mass, but the density of '{}' depends on temperature", recipe.name, phase->name),
+          "give that phase a density that does not depend on temperature, or write basis = \"volume\"");
+  return std::make_unique<Mixture>(std::move(recipe));
 }
 
 }  // namespace calor

@@ -73,9 +73,9 @@ class Conductivity {
 // H = integral of rho c dT from the reference temperature, by the simplest form that is exact.
 class Capacity {
  public:
-  Capacity(const Function& rho, const Function& c, std::span<const Vec3> x, const TemperatureRange& range,
-           const std::string& of)
-      : rho_(rho), c_(c), x_(x), reference_(range.reference) {
+  Capacity(const Function& rho, const Function& c, const std::optional<LatentHeat>& latent, std::span<const Vec3> x,
+           const TemperatureRange& range, const std::string& of)
+      : rho_(rho), c_(c), latent_(latent), x_(x), reference_(range.reference) {
     if (of_place_alone(rho)) density_.emplace(checked_values(rho, x, "density" + of, "kg/m^3"));
     if (of_place_alone(c)) specific_heat_.emplace(checked_values(c, x, "specific heat" + of, "J/(kg K)"));
     if (density_ && specific_heat_) return;
@@ -91,6 +91,21 @@ class Capacity {
   }
 
   void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
+    sensible(first, T, H, rho_c);
+    if (!latent_) return;
+    const double molten = latent_->liquid_fraction(reference_);
+    for (std::size_t i = 0; i < H.size(); ++i)
+      H[i] += (*density_)[first + i] * latent_->heat * (latent_->liquid_fraction(T[i]) - molten);
+    for (std::size_t i = 0; i < rho_c.size(); ++i)
+      rho_c[i] += (*density_)[first + i] * latent_->heat * latent_->slope(T[i]);
+  }
+
+  void density(std::size_t first, std::span<double> rho) const {
+    for (std::size_t i = 0; i < rho.size(); ++i) rho[i] = (*density_)[first + i];
+  }
+
+ private:
+  void sensible(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
     const std::size_t n = T.size();
     if (density_ && specific_heat_) {
       for (std::size_t i = 0; i < H.size(); ++i)
@@ -114,11 +129,6 @@ class Capacity {
     }
   }
 
-  void density(std::size_t first, std::span<double> rho) const {
-    for (std::size_t i = 0; i < rho.size(); ++i) rho[i] = (*density_)[first + i];
-  }
-
- private:
   void product(std::size_t first, std::span<const double> T, std::span<double> rho_c) const {
     const Arguments args{.x = x_.subspan(first, T.size()), .T = T};
     std::vector<double> c(T.size());
@@ -128,6 +138,7 @@ class Capacity {
   }
 
   Function rho_, c_;
+  std::optional<LatentHeat> latent_;
   std::span<const Vec3> x_;
   double reference_, start_ = 0;
   std::optional<PointValues> density_, specific_heat_;
@@ -140,7 +151,7 @@ class SimplePointProperties final : public PointProperties {
                         const TemperatureRange& range)
       : k_(p.conductivity, x, range, fmt::format("conductivity of '{}'", name)) {
     if (p.density && p.specific_heat)
-      capacity_.emplace(*p.density, *p.specific_heat, x, range, fmt::format(" of '{}'", name));
+      capacity_.emplace(*p.density, *p.specific_heat, p.latent, x, range, fmt::format(" of '{}'", name));
   }
 
   void conductivity(std::size_t first, double t, std::span<const double> T, std::span<double> k,
@@ -173,7 +184,8 @@ class SimpleMaterial final : public Material {
   bool conductivity_depends_on_T() const override { return p_.conductivity.depends_on_temperature(); }
   bool conductivity_depends_on_time() const override { return p_.conductivity.depends_on_time(); }
   bool capacity_depends_on_T() const override {
-    return has_capacity() && (p_.density->depends_on_temperature() || p_.specific_heat->depends_on_temperature());
+    return has_capacity() &&
+           (p_.latent || p_.density->depends_on_temperature() || p_.specific_heat->depends_on_temperature());
   }
   bool density_depends_on_T() const override { return p_.density && p_.density->depends_on_temperature(); }
   bool has_capacity() const override { return p_.density && p_.specific_heat; }
@@ -192,6 +204,10 @@ std::unique_ptr<Material> make_simple_material(const std::string& name, SimplePr
   };
   refuse_time(properties.density, "density");
   refuse_time(properties.specific_heat, "specific heat");
+  if (properties.latent && properties.density && properties.density->depends_on_temperature())
+    throw Error(Fault::bad_case, properties.density->place(),
+                fmt::format("the density of '{}', which melts, depends on temperature", name),
+                "a cell holds the same mass before and after: give one density");
   return std::make_unique<SimpleMaterial>(name, std::move(properties));
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
 #include "method/correction_steps.hpp"
 
 namespace calor {
@@ -33,6 +34,21 @@ std::vector<int> axes_of_faces(const Cloud& cloud) {
   return axes;
 }
 
+/// Faces with patches that have no images beyond them.
+std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) {
+  if (neighbours.mirrors.empty()) return ~0u;
+  std::uint32_t faces = 0;
+  for (std::size_t p = 0; p < cloud.patches.size(); ++p)
+    if (!neighbours.mirrored[p]) faces |= 1u << cloud.patches[p].face;
+  MPI_Allreduce(MPI_IN_PLACE, &faces, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
+  return faces;
+}
+
+/// 2^-n for a pair that lies in n faces together.
+double share_of_pair(std::uint32_t shared_faces) {
+  return 1.0 / static_cast<double>(std::uint64_t{1} << std::popcount(shared_faces));
+}
+
 /// Box lattice with a support of one layer: mirror the lattice at its walls and fold the mirrored pairs back.
 /// Points on the walls: a pair that lies in n walls together stands for 2^n pairs, so it gets 2^-n of its weight.
 /// Points at cell centres: a wall along which both lie adds the pair with the mirror image of one of them, one layer
@@ -40,16 +56,17 @@ std::vector<int> axes_of_faces(const Cloud& cloud) {
 std::vector<double> mirrored_lattice_weights(const Cloud& cloud, const Neighbours& neighbours,
                                              std::span<const double> inside) {
   const auto axes = axes_of_faces(cloud);
+  const std::uint32_t truncated = truncated_faces(cloud, neighbours);
   const auto weight = [&](std::size_t squares) { return squares <= inside.size() ? inside[squares - 1] : 0.0; };
   std::vector<double> G(neighbours.column.size());
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const int j = neighbours.column[n];
-      const Vec3 r = cloud.x[j] - cloud.x[i];
+      const Vec3 r = neighbours.x_ji(cloud.x, i, n);
       const auto squares = static_cast<std::size_t>(std::lround(dot(r, r) / (cloud.spacing[i] * cloud.spacing[i])));
-      const std::uint32_t shared = cloud.on_faces[i] & cloud.on_faces[j];
+      const std::uint32_t shared = cloud.on_faces[i] & cloud.on_faces[j] & truncated;
       if (cloud.points_on_walls) {
-        G[n] = std::ldexp(weight(squares), -std::popcount(shared));
+        G[n] = weight(squares) * share_of_pair(shared);
         continue;
       }
       std::array<int, 3> walls = {};  // along which both lie, per axis
@@ -66,15 +83,17 @@ std::vector<double> mirrored_lattice_weights(const Cloud& cloud, const Neighbour
 void share_with_mirror_images(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
   for (int i = 0; i < cloud.owned; ++i)
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
-      g[n] = std::ldexp(g[n], -std::popcount(cloud.on_faces[i] & cloud.on_faces[neighbours.column[n]]));
+      g[n] *= share_of_pair(cloud.on_faces[i] & cloud.on_faces[neighbours.column[n]]);
 }
 
 /// Volumes whose traces the scaling aims at. A point off the walls lacks the part of its second moment that its
 /// boundary patches carry: V - 1/D integral of (x - x_i).n dS, the patches half a spacing away.
-std::vector<double> volumes_to_scale(const Cloud& cloud) {
+std::vector<double> volumes_to_scale(const Cloud& cloud, const Neighbours& neighbours) {
   std::vector<double> volume(cloud.volume.begin(), cloud.volume.begin() + cloud.owned);
   if (cloud.points_on_walls) return volume;
-  for (const Patch& patch : cloud.patches) {
+  for (std::size_t p = 0; p < cloud.patches.size(); ++p) {
+    const Patch& patch = cloud.patches[p];
+    if (!neighbours.mirrored.empty() && neighbours.mirrored[p]) continue;
     volume[patch.point] -= patch.area * 0.5 * cloud.spacing[patch.point] / cloud.dimension;
   }
   for (int i = 0; i < cloud.owned; ++i) volume[i] = std::max(volume[i], 0.1 * cloud.volume[i]);
@@ -97,8 +116,60 @@ void count_negative(const Cloud& cloud, std::span<const double> G, CorrectionRep
 
 }  // namespace
 
-std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double> g,
-                                       std::span<const double> lattice_weights, CorrectionReport& report) {
+void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report) {
+  report["lattice_shortcut"] = done.lattice_shortcut;
+  report["moment_iterations"] = done.moment_iterations;
+  report["lambda_solves"] = done.lambda_solves;
+  report["lambda_iterations"] = done.lambda_iterations;
+  report["weight_residual"] = done.residual;
+  report["weight_change"] = done.change;
+  report["negative_weights"] = static_cast<double>(done.negative);
+  report["most_negative_weight"] = done.most_negative;
+}
+
+void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
+                                   CorrectionReport& report) {
+  int solves = 0;
+  for (bool negative = true; negative;) {
+    const std::vector<double> base = g;
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g);
+    if (solves++ == 0) report.change = solve.change;
+    report.lambda_iterations += solve.iterations;
+    const auto below_zero = [](double G) { return G < 0; };
+    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
+    if (!negative || solves == most_solves) break;
+    for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+  }
+  report.lambda_solves += solves;
+  report.residual = largest_residual(cloud, neighbours, g);
+  count_negative(cloud, g, report);
+}
+
+std::vector<double> graded_lattice_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report) {
+  const Lattice& lattice = *cloud.lattice;
+  std::vector<double> G(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    const LatticeIndex at_i = lattice.index(cloud.id[i]);
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const LatticeIndex at_j = lattice.index(cloud.id[j]);
+      std::int64_t steps = 0;
+      double face = cloud.section;
+      for (int a = 0; a < cloud.dimension; ++a) {
+        steps += std::abs(at_j[a] - at_i[a]);
+        if (at_i[a] == at_j[a]) face *= lattice.width(a, at_i[a]);
+      }
+      if (steps == 1) G[n] = face / norm(cloud.x[j] - cloud.x[i]);
+    }
+  }
+  report = {.lattice_shortcut = true, .pairs = total(cloud.comm, static_cast<std::int64_t>(G.size()))};
+  report.residual = largest_residual(cloud, neighbours, G);
+  return G;
+}
+
+std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                       const BaseWeights& base_weights, std::span<const double> lattice_weights,
+                                       CorrectionReport& report) {
   report = {};
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
 
@@ -109,23 +180,15 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
     if (report.lattice_shortcut) return G;
   }
 
+  std::vector<double> g = base_weights();
   if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
-  scale_traces(cloud, neighbours, volumes_to_scale(cloud), g);
-  // The fit aims at points on the walls; off the walls it would need the patches' own moments, and does not pay.
-  if (cloud.points_on_walls) report.moment_iterations = fit_second_moments(cloud, neighbours, g);
+  scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
+  // The fit aims at points on the walls, or none at all; off the walls it would need the patches' own moments, and does
+  // not pay.
+  if (cloud.points_on_walls || truncated_faces(cloud, neighbours) == 0)
+    report.moment_iterations = fit_second_moments(cloud, neighbours, g);
 
-  for (bool negative = true; negative && report.lambda_solves < most_solves;) {
-    const std::vector<double> base = g;
-    const auto solve = enforce_linear_consistency(cloud, neighbours, g);
-    if (report.lambda_solves++ == 0) report.change = solve.change;
-    report.lambda_iterations += solve.iterations;
-    const auto below_zero = [](double G) { return G < 0; };
-    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
-    if (!negative || report.lambda_solves == most_solves) break;
-    for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
-  }
-  report.residual = largest_residual(cloud, neighbours, g);
-  count_negative(cloud, g, report);
+  enforce_with_positive_weights(cloud, neighbours, g, report);
   return g;
 }
 

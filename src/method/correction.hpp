@@ -11,7 +11,10 @@
 // (M), for points on the walls, cannot hold everywhere at once: it is fitted; (L) is then enforced to round-off. What
 // (L) leaves open are rigid motions of the truss, so the areas must satisfy sum A = 0 and sum x cross A = 0.
 #include <cstdint>
+#include <functional>
+#include <map>
 #include <span>
+#include <string>
 #include <vector>
 
 #include "cloud/cloud.hpp"
@@ -31,13 +34,25 @@ struct CorrectionReport {
   std::int64_t pairs = 0;     ///< directed pairs
 };
 
-/// Consistent weights from base weights g (directed, symmetric to the last bit, true volumes): Sinkhorn scaling of the
-/// traces of (M), a fit of (M), then (L) by G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary
-/// areas. `lattice_weights`: G of a pair with |x_ji|^2 = 1, 2, 3 d^2 inside an unbounded box lattice of spacing d, for
-/// methods whose support ends there; then a box lattice takes its exact weights without any solve. Empty: no such
-/// weights. The result does not depend on the number of ranks. Collective; throws Error(numbers) where (L) has no
-/// solution.
-std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double> g,
-                                       std::span<const double> lattice_weights, CorrectionReport& report);
+/// Adds the numbers that report.json shows, by name.
+void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report);
+
+/// Base weights g (directed, symmetric to the last bit, true volumes); called only where they are needed.
+using BaseWeights = std::function<std::vector<double>()>;
+
+/// Consistent weights from base weights: Sinkhorn scaling of the traces of (M), a fit of (M), then (L) by
+/// G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary areas. `lattice_weights`: G of a pair
+/// with |x_ji|^2 = 1, 2, 3 d^2 inside an unbounded box lattice of spacing d, for methods whose support ends there; then
+/// a box lattice takes its exact weights without any solve. Empty: no such weights. The result does not depend on the
+/// number of ranks. Collective; throws Error(numbers) where (L) has no solution.
+std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                       const BaseWeights& base_weights, std::span<const double> lattice_weights,
+                                       CorrectionReport& report);
+
+/// The same on a graded box lattice, where weights are known that hold (L) and (M) exactly at every point, so that
+/// nothing is left to solve: neighbours along an axis get the face between their cells over their distance, all others
+/// none. The general way is of first order there (with a small constant): near walls the kernel sees the grading.
+/// Collective.
+std::vector<double> graded_lattice_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report);
 
 }  // namespace calor

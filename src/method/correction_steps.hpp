@@ -6,6 +6,7 @@
 
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
+#include "method/correction.hpp"
 
 namespace calor {
 
@@ -27,5 +28,10 @@ struct LambdaSolve {
 
 /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i.
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+
+/// The same, again and again from weights without the negative ones (kept at 0.02 of what they were), until there are
+/// none, six times at most. Books solves, residual and what is left of negative weights.
+void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
+                                   CorrectionReport& report);
 
 }  // namespace calor

@@ -2,6 +2,7 @@
 // div(k grad T) as a sum over flux sites: pairs for SPH and peridynamics, quadrature points on cell faces for MLPG.
 //   dE_i/dt = sum_q s_iq k_q (g_q . T)
 // The sites know where properties are needed, not what the material is; they know no time and no boundary condition.
+#include <array>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -71,6 +72,30 @@ struct WallRows {
   std::vector<double> weight;        ///< 1/m; for every face the sum of 2 V_j grad W . n
 };
 
+/// Bonds from points to mirror images beyond walls of prescribed temperature. An image stands for a local point m: it
+/// has its conductivity and the temperature
+///   T = sign T_m + sum_n factor_n T*_n(x_n, t)
+/// (odd reflection: sign = -1 and 2 T*; beyond an edge of two such walls +1; a constant layer: 0 and T*). Where fluxes
+/// are differences of theta = integral of k dT, theta takes the place of T.
+struct WallBonds {
+  /// A wall temperature that enters an image's: Conditions::temperatures[term] at a place on its wall.
+  struct Value {
+    std::int32_t image, term;
+    double factor;
+    Vec3 x;
+  };
+  struct Image {
+    std::int32_t point;  ///< m
+    double sign;
+    std::array<int, 3> term;  ///< of the walls across every axis that give it heat, in equal parts; -1: none
+  };
+  std::vector<Image> images;
+  std::vector<Value> values;
+  // One entry a bond, by ascending owned point.
+  std::vector<std::int32_t> point, image;
+  std::vector<double> G;  ///< m; the bond of j to the image of i has that of i to the image of j
+};
+
 class FluxSites {
  public:
   virtual ~FluxSites() = default;
@@ -94,8 +119,14 @@ class FluxSites {
   /// Temperatures of the owned points from the unknowns.
   virtual const SparseRows* point_values() const { return nullptr; }
 
+  /// Times at which the sites themselves change (bonds that fail), and the change: to be called at these times.
+  virtual std::vector<double> breaks() const { return {}; }
+  virtual void change(double) {}
+
   /// Null unless the method treats its wall points algebraically.
   virtual const WallRows* wall_rows() const { return nullptr; }
+  /// Null unless mirror images lie beyond walls of prescribed temperature.
+  virtual const WallBonds* wall_bonds() const { return nullptr; }
 };
 
 }  // namespace calor

@@ -2,6 +2,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <vector>
 
@@ -22,9 +23,18 @@ std::span<const double> numbers(std::span<const Vec3> v) {
 }
 std::span<double> numbers(std::span<Vec3> v) { return {reinterpret_cast<double*>(v.data()), 3 * v.size()}; }
 
+/// Axes across which images lie: no rigid motion leaves their walls in place.
+std::array<bool, 3> held_axes(const Cloud& cloud, const Neighbours& neighbours) {
+  std::uint32_t walls = 0;
+  for (const std::uint8_t set : neighbours.image) walls |= set;
+  MPI_Allreduce(MPI_IN_PLACE, &walls, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
+  return {(walls & 0b11) != 0, (walls & 0b1100) != 0, (walls & 0b110000) != 0};
+}
+
 /// Removes the resultant and the moment of R, which no truss can balance. They vanish for exact boundary areas; areas
-/// read from a file carry the rounding of their digits.
-void remove_rigid_part(const Cloud& cloud, std::span<Vec3> R) {
+/// read from a file carry the rounding of their digits. Along axes that images hold, and about those that turn them,
+/// they are balanced.
+void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::span<Vec3> R) {
   const auto points = cloud.owned_points();
   const double count = static_cast<double>(cloud.count);
   const auto total = sums(cloud.comm, numbers(points), 3);
@@ -37,9 +47,13 @@ void remove_rigid_part(const Cloud& cloud, std::span<Vec3> R) {
     columns.insert(columns.end(), {R[i].x, R[i].y, R[i].z, moment.x, moment.y, moment.z});
   }
   const auto s = sums(cloud.comm, columns, 12);
-  const Symmetric3 inertia{s[1] + s[2], s[0] + s[2], s[0] + s[1], -s[3], -s[4], -s[5]};
-  const Vec3 shift{s[6] / count, s[7] / count, s[8] / count};
-  const Vec3 turn = pseudo_inverse(inertia) * Vec3{s[9], s[10], s[11]};
+  const auto held = held_axes(cloud, neighbours);
+  const auto turns = [&](int axis) { return held[(axis + 1) % 3] || held[(axis + 2) % 3] ? 0.0 : 1.0; };
+  const double u = turns(0), v = turns(1), w = turns(2);
+  const Symmetric3 inertia{u * (s[1] + s[2]), v * (s[0] + s[2]), w * (s[0] + s[1]),
+                           -u * v * s[3],     -u * w * s[4],     -v * w * s[5]};
+  const Vec3 shift{held[0] ? 0 : s[6] / count, held[1] ? 0 : s[7] / count, held[2] ? 0 : s[8] / count};
+  const Vec3 turn = pseudo_inverse(inertia) * Vec3{u * s[9], v * s[10], w * s[11]};
   for (std::size_t i = 0; i < points.size(); ++i) R[i] -= shift + cross(turn, points[i] - centre);
 }
 
@@ -70,13 +84,15 @@ void remove_rigid_part(const Cloud& cloud, std::span<Vec3> R) {
 }  // namespace
 
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g) {
-  std::vector<Vec3> R(cloud.owned);
+  std::vector<Vec3> R(cloud.area.begin(), cloud.area.begin() + cloud.owned);
+  for (std::size_t p = 0; p < neighbours.mirrored.size(); ++p) {
+    const Patch& patch = cloud.patches[p];
+    if (neighbours.mirrored[p]) R[patch.point] -= patch.area * patch.normal;
+  }
   for (int i = 0; i < cloud.owned; ++i) {
     Vec3 sum;
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      sum += g[n] * (cloud.x[neighbours.column[n]] - cloud.x[i]);
-    }
-    R[i] = -(sum + cloud.area[i]);
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += g[n] * neighbours.x_ji(cloud.x, i, n);
+    R[i] = -(sum + R[i]);
   }
   return R;
 }
@@ -86,12 +102,12 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal.
   const auto& x = cloud.x;
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
-  remove_rigid_part(cloud, R);
+  remove_rigid_part(cloud, neighbours, R);
 
   std::vector<Symmetric3> inverse(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
     Symmetric3 block;
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) block.add(g[n], x[neighbours.column[n]] - x[i]);
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) block.add(g[n], neighbours.x_ji(x, i, n));
     inverse[i] = pseudo_inverse(block);
   }
   const LinearMap preconditioner = [&](std::span<const double> r, std::span<double> z) {
@@ -108,15 +124,16 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   };
   const LinearMap stiffness = [&](std::span<const double> p, std::span<double> y) {
     set_lambda(p);
-    for (int i = 0; i < cloud.owned; ++i) {
-      Vec3 sum;
-      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-        const int j = neighbours.column[n];
-        const Vec3 r = x[j] - x[i];
-        sum += (g[n] * dot(lambda[i] - lambda[j], r)) * r;
+    with_pair_vectors(neighbours, x, [&](const auto& pair) {
+      for (int i = 0; i < cloud.owned; ++i) {
+        Vec3 sum;
+        for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+          const Vec3 r = pair.x_ji(i, n);
+          sum += (g[n] * dot(lambda[i] - pair.reflected(lambda[neighbours.column[n]], n), r)) * r;
+        }
+        y[3 * i] = sum.x, y[3 * i + 1] = sum.y, y[3 * i + 2] = sum.z;
       }
-      y[3 * i] = sum.x, y[3 * i + 1] = sum.y, y[3 * i + 2] = sum.z;
-    }
+    });
   };
 
   // The absolute stop keeps CG from wandering when R is already round-off.
@@ -139,8 +156,8 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   double change = 0;
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const int j = neighbours.column[n];
-      const double c = dot(lambda[i] - lambda[j], x[j] - x[i]);
+      const Vec3 lambda_j = neighbours.reflected(lambda[neighbours.column[n]], n);
+      const double c = dot(lambda[i] - lambda_j, neighbours.x_ji(x, i, n));
       change = std::max(change, std::abs(c));
       g[n] *= 1 + c;
     }

@@ -2,6 +2,9 @@
 
 #include <vector>
 
+#include "base/parallel.hpp"
+#include "method/mlpg.hpp"
+#include "method/peridynamics.hpp"
 #include "method/sph.hpp"
 
 namespace calor {
@@ -10,11 +13,18 @@ namespace {
 
 /// One line per method.
 const std::vector<Method>& methods() {
-  static const std::vector<Method> all = {sph_method()};
+  static const std::vector<Method> all = {sph_method(), peridynamics_method(), mlpg_method()};
   return all;
 }
 
 }  // namespace
+
+void count_pairs(const Cloud& cloud, const Neighbours& neighbours, MethodReport& report) {
+  require_neighbours(cloud, neighbours);
+  const auto pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
+  report["pairs"] = static_cast<double>(pairs);
+  report["neighbours"] = static_cast<double>(pairs) / static_cast<double>(cloud.count);
+}
 
 const Method& chosen_method(const Case& c) {
   const std::string name = c.root().text("method");
@@ -32,6 +42,8 @@ void declare_methods(Schema& schema) {
               .sentence = "",
               .keys = {{"method", Kind::choice, "", required, "How the heat equation is discretised.", names}}});
   declare_sph(schema);
+  declare_peridynamics(schema);
+  declare_mlpg(schema);
 }
 
 }  // namespace calor

@@ -4,9 +4,11 @@
 #include <memory>
 #include <string>
 
+#include "boundary/conditions.hpp"
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
 #include "method/flux_sites.hpp"
 
 namespace calor {
@@ -16,10 +18,15 @@ using MethodReport = std::map<std::string, double>;
 
 struct Method {
   std::string name;
-  /// Support radius over spacing: sizes the ghosts.
-  double (*reach)(const Case& c);
-  std::unique_ptr<FluxSites> (*build)(const Case& c, const Cloud& cloud, MethodReport& report);
+  /// How far its points see at most: sizes the ghosts.
+  Support (*reach)(const Case& c);
+  /// `conditions` say which walls mirror images lie beyond.
+  std::unique_ptr<FluxSites> (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                                      MethodReport& report);
 };
+
+/// Counts pairs for the report and refuses points with too few neighbours. Collective.
+void count_pairs(const Cloud& cloud, const Neighbours& neighbours, MethodReport& report);
 
 /// The method that the case names.
 const Method& chosen_method(const Case& c);

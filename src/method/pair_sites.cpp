@@ -1,45 +1,15 @@
 #include "method/pair_sites.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
+#include "method/pair_flux.hpp"
 #include "method/small_matrix.hpp"
 
 namespace calor {
 
 namespace {
-
-// The three means as pair fluxes. Every one is exactly antisymmetric in (i, j), so heat is conserved to round-off, and
-// exactly zero where the temperature is uniform.
-struct IntegralFlux {
-  const double* __restrict theta;
-  double operator()(std::int32_t i, std::int32_t j) const { return theta[j] - theta[i]; }
-};
-
-struct ArithmeticFlux {
-  const double* __restrict k;
-  const double* __restrict T;
-  double operator()(std::int32_t i, std::int32_t j) const { return 0.5 * (k[i] + k[j]) * (T[j] - T[i]); }
-};
-
-struct HarmonicFlux {
-  const double* __restrict k;
-  const double* __restrict T;
-  double operator()(std::int32_t i, std::int32_t j) const { return 2 * (k[i] * k[j]) / (k[i] + k[j]) * (T[j] - T[i]); }
-};
-
-/// Calls `loop` with the pair flux kbar_ij (T_j - T_i) of this mean.
-template <class Loop>
-void with_flux(const Conductivity& k, std::span<const double> T, const Loop& loop) {
-  switch (k.mean) {
-    case Mean::integral:
-      return loop(IntegralFlux{k.theta.data()});
-    case Mean::arithmetic:
-      return loop(ArithmeticFlux{k.k.data(), T.data()});
-    case Mean::harmonic:
-      return loop(HarmonicFlux{k.k.data(), T.data()});
-  }
-}
 
 // The hot loop. Four sums in a fixed order let the additions overlap; the result depends on the order of the
 // neighbours only, hence not on the number of ranks.
@@ -61,33 +31,49 @@ void add_pair_fluxes(int owned, const std::int64_t* __restrict row, const std::i
   }
 }
 
-/// Derivatives of the pair flux kbar(k_i, k_j) (T_j - T_i) by T_i and T_j.
-struct FluxDerivatives {
-  double by_i, by_j;
-};
-
-FluxDerivatives flux_derivatives(const Conductivity& k, std::span<const double> T, std::int32_t i, std::int32_t j) {
-  const double ki = k.k[i], kj = k.k[j];
-  if (k.mean == Mean::integral) return {-ki, kj};
-  const double dki = k.dk_dT.empty() ? 0 : k.dk_dT[i], dkj = k.dk_dT.empty() ? 0 : k.dk_dT[j];
-  const double jump = T[j] - T[i];
-  if (k.mean == Mean::arithmetic) {
-    const double mean = 0.5 * (ki + kj);
-    return {-mean + 0.5 * dki * jump, mean + 0.5 * dkj * jump};
-  }
-  // d/dk_i [2 k_i k_j / (k_i + k_j)] = 2 (k_j / (k_i + k_j))^2
-  const double mean = 2 * (ki * kj) / (ki + kj), a = ki / (ki + kj), b = kj / (ki + kj);
-  return {-mean + 2 * b * b * dki * jump, mean + 2 * a * a * dkj * jump};
+double pair_conductivity(const Conductivity& k, std::int32_t i, std::int32_t j) {
+  const Mean mean = k.mean == Mean::integral ? Mean::arithmetic : k.mean;
+  return mean_conductivity(mean, k.k[i], k.k[j]).value;
 }
 
 }  // namespace
 
-PairSites::PairSites(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, std::optional<WallRows> walls)
-    : cloud_(cloud), neighbours_(std::move(neighbours)), G_(std::move(G)), walls_(std::move(walls)) {}
+PairSites::PairSites(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, std::optional<WallRows> walls,
+                     std::optional<WallBonds> bonds, CrackBonds cracks)
+    : cloud_(cloud),
+      neighbours_(std::move(neighbours)),
+      G_(std::move(G)),
+      walls_(std::move(walls)),
+      bonds_(std::move(bonds)),
+      closed_(std::move(cracks)) {
+  change(0);
+}
+
+void PairSites::change(double t) {
+  const auto left = std::ranges::stable_partition(closed_.bonds, [&](const CrackBond& b) { return b.opens > t; });
+  for (const CrackBond& bond : left) {
+    const double G = bond.fraction * G_[bond.entry];
+    G_[bond.entry] -= G;
+    if (bond.contact > 0) contacts_.push_back({bond.entry, bond.point, G, bond.contact});
+  }
+  closed_.bonds.erase(left.begin(), left.end());
+  std::ranges::stable_sort(contacts_, {}, &Contact::entry);
+}
+
+template <class Flux>
+double PairSites::contact_flux(const Contact& c, const Conductivity& k, std::span<const double> T,
+                               const Flux& flux) const {
+  const std::int32_t i = c.point, j = neighbours_.column[c.entry];
+  const double jump = T[j] - T[i], intact = flux(i, j);
+  if (jump == 0) return 0;
+  const double K = k.mean == Mean::integral ? intact / jump : pair_conductivity(k, i, j);
+  return intact / (1 + K / c.contact);
+}
 
 void PairSites::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
   with_flux(k, T, [&](const auto& flux) {
     add_pair_fluxes(cloud_.owned, neighbours_.row.data(), neighbours_.column.data(), G_.data(), flux, F.data());
+    for (const Contact& c : contacts_) F[c.point] += c.G * contact_flux(c, k, T, flux);
   });
 }
 
@@ -102,12 +88,25 @@ void PairSites::add_jacobian(const Conductivity& k, std::span<const double> T, J
     double diagonal = 0;
     const double* G = G_.data() + neighbours_.row[i];
     for (std::size_t n = 0; n < neighbours.size(); ++n) {
-      const auto d = flux_derivatives(k, T, i, neighbours[n]);
+      const auto d = flux_derivatives(k, T[neighbours[n]] - T[i], i, neighbours[n]);
       values.push_back(G[n] * d.by_j);
       diagonal += G[n] * d.by_i;
     }
     values.push_back(diagonal);
     J.add(i, columns, values);
+  }
+  // With K = kbar and kappa = K / contact, d[K dT / (1 + kappa)] = (d[K dT] - K d[dT]) / (1 + kappa)^2 + K d[dT] / (1 +
+  // kappa).
+  for (const Contact& c : contacts_) {
+    const std::int32_t i = c.point, j = neighbours_.column[c.entry];
+    const auto d = flux_derivatives(k, T[j] - T[i], i, j);
+    const double K = pair_conductivity(k, i, j), share = 1 / (1 + K / c.contact);
+    const auto derivative = [&](double intact, double sign) {
+      return c.G * share * (share * (intact - sign * K) + sign * K);
+    };
+    const std::int32_t column[] = {i, j};
+    const double value[] = {derivative(d.by_i, -1), derivative(d.by_j, 1)};
+    J.add(i, column, value);
   }
 }
 
@@ -118,14 +117,17 @@ bool PairSites::symmetric(Mean mean, bool k_depends_on_T) const {
 void PairSites::add_row_bound(const Conductivity& k, std::span<double> bound) const {
   // |dF_i/dT_i| + sum_j |dF_i/dT_j| without dk/dT; with G >= 0 it is twice the diagonal for a constant k.
   const Conductivity frozen{.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}};
-  const std::vector<double> uniform(k.k.size(), 0.0);
   for (std::int32_t i = 0; i < cloud_.owned; ++i) {
     double sum = 0;
     for (std::int64_t n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
-      const auto d = flux_derivatives(frozen, uniform, i, neighbours_.column[n]);
+      const auto d = flux_derivatives(frozen, 0, i, neighbours_.column[n]);
       sum += std::abs(G_[n]) * (std::abs(d.by_i) + std::abs(d.by_j));
     }
     bound[i] += sum;
+  }
+  for (const Contact& c : contacts_) {
+    const double K = pair_conductivity(k, c.point, neighbours_.column[c.entry]);
+    bound[c.point] += 2 * c.G * K / (1 + K / c.contact);
   }
 }
 
@@ -133,9 +135,15 @@ void PairSites::heat_flux(const Conductivity& k, std::span<const double> T, std:
   // q_i = -M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
   // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does.
   with_flux(k, T, [&](const auto& flux) {
+    auto contact = contacts_.begin();
     for (std::int32_t i = 0; i < cloud_.owned; ++i) {
       Symmetric3 M;
       Vec3 b;
+      for (; contact != contacts_.end() && contact->point == i; ++contact) {
+        const Vec3 x = cloud_.x[neighbours_.column[contact->entry]] - cloud_.x[i];
+        M.add(contact->G, x);
+        b += contact->G * contact_flux(*contact, k, T, flux) * x;
+      }
       for (std::int64_t n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
         const std::int32_t j = neighbours_.column[n];
         const Vec3 x = cloud_.x[j] - cloud_.x[i];
@@ -150,5 +158,7 @@ void PairSites::heat_flux(const Conductivity& k, std::span<const double> T, std:
 std::span<const std::int32_t> PairSites::coupled(int i) const { return neighbours_.of(i); }
 
 const WallRows* PairSites::wall_rows() const { return walls_ ? &*walls_ : nullptr; }
+
+const WallBonds* PairSites::wall_bonds() const { return bonds_ ? &*bonds_ : nullptr; }
 
 }  // namespace calor

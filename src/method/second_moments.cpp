@@ -30,9 +30,17 @@ struct TensorField {
     halo.update(std::span<Vec3>(diagonal));
     halo.update(std::span<Vec3>(mixed));
   }
-  /// q : (tau_i + tau_j), the same bits for (j, i).
-  double sum_at(const Six& q, int i, int j) const {
-    const Vec3 d = diagonal[i] + diagonal[j], m = mixed[i] + mixed[j];
+  /// q : (tau_i + tau_j) of entry n in row i, the same bits for (j, i). A reflected tensor changes the signs of its
+  /// mixed components.
+  template <bool has_images>
+  double sum_at(const Six& q, const PairVectors<has_images>& pair, int i, std::int64_t n) const {
+    const int j = pair.neighbours.column[n];
+    Vec3 mixed_j = mixed[j];
+    if constexpr (has_images) {
+      const Vec3& s = pair.neighbours.mirrors[pair.neighbours.image[n]].sign;
+      mixed_j = {s.x * s.y * mixed_j.x, s.x * s.z * mixed_j.y, s.y * s.z * mixed_j.z};
+    }
+    const Vec3 d = diagonal[i] + diagonal[j], m = mixed[i] + mixed_j;
     return q[0] * d.x + q[1] * d.y + q[2] * d.z + q[3] * m.x + q[4] * m.y + q[5] * m.z;
   }
   /// tau_i = z / d_i for owned points: the rows of the fit are scaled by 1 / d_i.
@@ -54,7 +62,7 @@ void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<co
   std::vector<double> trace(g.size()), a(cloud.local(), 1.0), scaled(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const Vec3 r = x[neighbours.column[n]] - x[i];
+      const Vec3 r = neighbours.x_ji(x, i, n);
       trace[n] = g[n] * dot(r, r);
     }
   }
@@ -85,7 +93,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
     double fourth = 0;
     for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const Vec3 r = x[neighbours.column[n]] - x[i];
+      const Vec3 r = neighbours.x_ji(x, i, n);
       const Six q = products(r);
       for (int c = 0; c < 6; ++c) R[c] -= g[n] * q[c] * s;
       fourth += g[n] * (dot(r, r) * s) * (dot(r, r) * s);
@@ -98,19 +106,20 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   TensorField tau(cloud);
   const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
     tau.set(cloud, p);
-    for (int i = 0; i < cloud.owned; ++i) {
-      Six sum = {};
-      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-        const int j = neighbours.column[n];
-        const Six q = products(x[j] - x[i]);
-        const double s = g[n] * tau.sum_at(q, i, j);
-        for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
+    with_pair_vectors(neighbours, x, [&](const auto& pair) {
+      for (int i = 0; i < cloud.owned; ++i) {
+        Six sum = {};
+        for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+          const Six q = products(pair.x_ji(i, n));
+          const double s = g[n] * tau.sum_at(q, pair, i, n);
+          for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
+        }
+        for (int c = 0; c < 6; ++c) {
+          const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
+          y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
+        }
       }
-      for (int c = 0; c < 6; ++c) {
-        const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
-        y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
-      }
-    }
+    });
   };
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
@@ -121,12 +130,11 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
                                           {.relative = 1e-12, .absolute = 0, .iterations = 30});
 
   tau.set(cloud, z);
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const int j = neighbours.column[n];
-      g[n] *= std::max(1 + tau.sum_at(products(x[j] - x[i]), i, j), floor_of_fit);
-    }
-  }
+  with_pair_vectors(neighbours, x, [&](const auto& pair) {
+    for (int i = 0; i < cloud.owned; ++i)
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        g[n] *= std::max(1 + tau.sum_at(products(pair.x_ji(i, n)), pair, i, n), floor_of_fit);
+  });
   return solved.iterations;
 }
 

@@ -8,6 +8,9 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
+#include "method/cracked_pairs.hpp"
+#include "method/mirror_images.hpp"
 #include "method/wall_rows.hpp"
 
 namespace calor {
@@ -24,22 +27,6 @@ double power(double h, int n) {
   double p = 1;
   for (; n > 0; --n) p *= h;
   return p;
-}
-
-/// 2 V_i V_j F_ij / section for every directed pair, m; the section enters V_i V_j twice and the weight once. The same
-/// bits for (i, j) and (j, i).
-std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
-                                 double smoothing) {
-  std::vector<double> g(neighbours.column.size());
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const int j = neighbours.column[n];
-      const double h = smoothing * (0.5 * (cloud.spacing[i] + cloud.spacing[j]));
-      const double F = cubic_spline_F(norm(cloud.x[j] - cloud.x[i]), h, cloud.dimension);
-      g[n] = 2 * (V[i] * V[j]) * F / cloud.section;
-    }
-  }
-  return g;
 }
 
 /// Weights inside an unbounded box lattice with h = d, divided by s = 1/D sum_j V_j F_ij r_ij^2, which is 1.013 in 2D
@@ -62,9 +49,11 @@ std::vector<double> lattice_weights(const Cloud& cloud) {
   return F;
 }
 
+bool has_exact_weights(const Cloud& cloud) { return cloud.box_lattice || (cloud.lattice && cloud.lattice->graded()); }
+
 /// The smoothing that the case asks for, or what suits the cloud.
-double smoothing_of(const Table& options, bool box_lattice) {
-  if (!options.has("smoothing")) return box_lattice ? 1 : 1.2;
+double smoothing_of(const Table& options, bool exact_lattice) {
+  if (!options.has("smoothing")) return exact_lattice ? 1 : 1.2;
   const double smoothing = options.number("smoothing");
   if (!(smoothing > 0.5 && smoothing <= 5)) {
     options.refuse("smoothing",
@@ -74,41 +63,36 @@ double smoothing_of(const Table& options, bool box_lattice) {
   return smoothing;
 }
 
-double reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
+Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, MethodReport& report) {
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                                 MethodReport& report) {
   const Table options = c.section("sph");
-  const double smoothing = smoothing_of(options, cloud.box_lattice);
+  const double smoothing = smoothing_of(options, has_exact_weights(cloud));
   const bool paper = options.text("correction") == "paper";
   if (!cloud.has_areas) {
-    options.refuse(
-        "correction",
+    c.section("cloud").refuse(
+        "file",
         fmt::format("correction = \"{}\" needs to know the surface of the body, but the cloud has no boundary areas",
                     options.text("correction")),
         "give the columns area_x, area_y, area_z of the boundary points in the cloud's file");
   }
+  if (paper && has_cracks(c))
+    options.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
   if (paper && !cloud.points_on_walls) {
     options.refuse("correction",
                    "correction = \"paper\" writes the wall conditions at points on the walls, and the cloud has none",
                    "use at = \"walls\" in [cloud], or correction = \"consistent\"");
   }
-  Neighbours neighbours = find_neighbours(cloud, sph_reach(smoothing));
-  require_neighbours(cloud, neighbours);
-  const auto pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
-  report["pairs"] = static_cast<double>(pairs);
-  report["neighbours"] = static_cast<double>(pairs) / static_cast<double>(cloud.count);
-  if (paper) return std::make_unique<PairSites>(sph_paper(cloud, std::move(neighbours), smoothing));
+  MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_reach(smoothing), conditions, true);
+  count_pairs(cloud, mirrored.neighbours, report);
+  report["smoothing"] = smoothing;
+  if (paper) return std::make_unique<PairSites>(sph_paper(cloud, std::move(mirrored.neighbours), smoothing));
 
   CorrectionReport done;
-  auto sites = std::make_unique<PairSites>(sph_consistent(cloud, std::move(neighbours), smoothing, done));
-  report["lattice_shortcut"] = done.lattice_shortcut;
-  report["moment_iterations"] = done.moment_iterations;
-  report["lambda_solves"] = done.lambda_solves;
-  report["lambda_iterations"] = done.lambda_iterations;
-  report["weight_residual"] = done.residual;
-  report["weight_change"] = done.change;
-  report["negative_weights"] = static_cast<double>(done.negative);
-  report["most_negative_weight"] = done.most_negative;
+  auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
+  auto sites = with_cracks(c, cloud, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  add_to_report(done, report);
   return sites;
 }
 
@@ -128,15 +112,36 @@ double cubic_spline_F(double r, double h, int dimension) {
   return 0;
 }
 
+std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
+                                     double smoothing) {
+  std::vector<double> g(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const double h = smoothing * (0.5 * (cloud.spacing[i] + cloud.spacing[j]));
+      const double F = cubic_spline_F(norm(neighbours.x_ji(cloud.x, i, n)), h, cloud.dimension);
+      g[n] = 2 * (V[i] * V[j]) * F / cloud.section;
+    }
+  }
+  return g;
+}
+
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report) {
+  const bool one_layer = std::abs(smoothing - 1) < 1e-9;
+  if (one_layer && cloud.lattice && cloud.lattice->graded()) return graded_lattice_weights(cloud, neighbours, report);
+  return consistent_weights(
+      cloud, neighbours, [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); },
+      one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
+}
+
 PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report) {
-  const bool one_layer = cloud.box_lattice && std::abs(smoothing - 1) < 1e-9;
-  auto G = consistent_weights(cloud, neighbours, base_weights(cloud, neighbours, cloud.volume, smoothing),
-                              one_layer ? lattice_weights(cloud) : std::vector<double>{}, report);
+  auto G = sph_consistent_weights(cloud, neighbours, smoothing, report);
   return PairSites(cloud, std::move(neighbours), std::move(G));
 }
 
 PairSites sph_paper(const Cloud& cloud, Neighbours neighbours, double smoothing) {
-  auto G = base_weights(cloud, neighbours, cloud.full_volume, smoothing);
+  auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
   // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
   auto walls = zeta_rows(cloud, neighbours, G);
   return PairSites(cloud, std::move(neighbours), std::move(G), std::move(walls));
@@ -149,7 +154,8 @@ void declare_sph(Schema& schema) {
       {.path = "sph",
        .sentence = "Options of smoothed particle hydrodynamics.",
        .keys = {{"smoothing", Kind::number, "", optional,
-                 "Smoothing length over spacing; default: 1 on box lattices, where it is exact, 1.2 on other clouds."},
+                 "Smoothing length over spacing; default: 1 on box lattices (of one spacing, or graded), where it is "
+                 "exact, 1.2 on other clouds."},
                 {"correction",
                  Kind::choice,
                  "",

@@ -19,8 +19,20 @@ double cubic_spline_F(double r, double h, int dimension);
 /// Support radius over spacing: twice the smoothing length over the spacing.
 inline double sph_reach(double smoothing) { return 2 * smoothing; }
 
-/// The consistent pair weights, m. `neighbours` within sph_reach(smoothing). Collective.
+/// 2 V_i V_j F_ij / section for every directed pair, m; the section enters V_i V_j twice and the weight once. The same
+/// bits for (i, j) and (j, i). V of all local points.
+std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
+                                     double smoothing);
+
+/// The consistent pair weights, m. `neighbours` within sph_reach(smoothing), images included. Collective.
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report);
+/// The same as flux sites, where there are no images.
 PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report);
+
+/// The weights alone.
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report);
 
 /// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
 /// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair

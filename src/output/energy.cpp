@@ -2,18 +2,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.hpp"
 
 namespace calor {
 
-EnergyLog::EnergyLog(const HeatSystem& system, const State& start, const std::string& folder)
-    : comm_(system.cloud().comm), start_E_(start.E) {
+EnergyLog::EnergyLog(const HeatSystem& system, std::vector<double> start_E, const std::string& folder)
+    : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)) {
   if (folder.empty()) return;
   std::string header = "time [s],stored [J]";
   int account = 0;
   for (const std::string& name : system.accounts())
     header += (account++ < system.boundary_accounts() ? ",through " : ",from ") + name + " [J]";
+  for (auto name = system.accounts().begin() + system.boundary_accounts(); name != system.accounts().end(); ++name)
+    header += ",asked of " + *name + " [W],deposited by " + *name + " [W]";
   log_ = CsvLog(comm_, folder + "/energy.csv", header + ",imbalance");
 }
 
@@ -37,6 +40,10 @@ EnergyBalance EnergyLog::record(const State& state) {
 
   std::vector<double> row{state.t, balance.stored};
   row.insert(row.end(), balance.through.begin(), balance.through.end());
+  for (const auto& [asked, deposited] : system_.source_powers(state.t, state.T)) {
+    row.insert(row.end(), {asked, deposited});
+    if (asked != 0) worst_source_error_ = std::max(worst_source_error_, std::abs(deposited / asked - 1));
+  }
   row.push_back(balance.imbalance);
   log_.row(row);
   return balance;

@@ -14,19 +14,24 @@ struct EnergyBalance {
   double imbalance = 0;         ///< |stored - sum through| / max(|stored|, sum |through|); 0 if nothing happened
 };
 
-/// Writes energy.csv (time, stored, through each boundary, from each source, imbalance); only rank 0 writes.
+/// Writes energy.csv (time, stored, through each boundary, from each source, power asked of and deposited by each
+/// source at that time, imbalance); only rank 0 writes.
 class EnergyLog {
  public:
-  /// `start` before walls were imposed, so that the jump at t = 0 counts. Empty folder: writes nothing. Collective.
-  EnergyLog(const HeatSystem& system, const State& start, const std::string& folder);
+  /// `start_E` (owned points, J) before walls were imposed, so that the jump at t = 0 counts. Empty folder: writes
+  /// nothing. Collective.
+  EnergyLog(const HeatSystem& system, std::vector<double> start_E, const std::string& folder);
   EnergyBalance record(const State& state);  ///< Collective.
   double worst_imbalance() const { return worst_; }
+  /// Largest |deposited / asked - 1| of a source's power so far.
+  double worst_source_error() const { return worst_source_error_; }
 
  private:
+  const HeatSystem& system_;
   MPI_Comm comm_;
   std::vector<double> start_E_;
   CsvLog log_;
-  double worst_ = 0;
+  double worst_ = 0, worst_source_error_ = 0;
 };
 
 }  // namespace calor

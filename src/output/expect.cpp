@@ -18,8 +18,29 @@
 namespace calor {
 namespace {
 
+/// What can be compared.
+struct Quantity {
+  std::string name, unit;
+  std::string plural;       // in sentences
+  std::string column;       // in the files of compared points
+  bool is_of_body = false;  // one number, rather than one a point
+};
+
+const std::vector<Quantity>& quantities() {
+  static const std::vector<Quantity> all = {
+      {"temperature", "K", "temperatures", "T"},
+      {"conductivity", "W/(m K)", "conductivities", "k"},
+      {"volumetric_heat_capacity", "J/(m^3 K)", "volumetric heat capacities", "rho c"},
+      {"volume_fraction", "", "volume fractions", "v"},
+      {"peak_temperature", "K", "peak temperatures", "T"},
+      {"cooling_time", "s", "cooling times", "t"},
+      {"extent", "m", "extents", "length", true},
+      {"average_temperature", "K", "average temperatures", "T", true}};
+  return all;
+}
+
 struct Tolerance {
-  double value;  // K, or percent
+  double value;  // in the unit of the quantity, or percent
   bool is_relative;
 };
 
@@ -29,9 +50,10 @@ struct Result {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// One [[expect]] on temperatures.
+/// One [[expect]] on temperatures or properties.
 struct Comparison {
   Table table;
+  const Quantity* quantity;
   int number;  // place in the case, from 1
   std::string name;
   bool is_steady;
@@ -96,15 +118,18 @@ std::vector<double> read_times(const Case& c, const Table& table) {
   return times;
 }
 
-std::vector<Tolerance> read_differences(const Table& table, const std::string& key, std::size_t times) {
+std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
+                                        std::size_t times) {
   std::vector<Tolerance> out;
   for (const auto& [value, unit] : table.quantities_with_units(key)) {
     const bool is_relative = unit == "%";
     try {
-      out.push_back({is_relative ? value : difference_to_si(value, unit, "K"), is_relative});
+      out.push_back({is_relative ? value : difference_to_si(value, unit, quantity.unit), is_relative});
     } catch (const std::invalid_argument& e) {
-      table.refuse(key, fmt::format("\"{} {}\" is no difference of temperatures: {}", value, unit, e.what()),
-                   "write it in K or in %, e.g. \"0.2 K\" or \"0.02 %\"");
+      table.refuse(key, fmt::format("\"{} {}\" is no difference of {}: {}", value, unit, quantity.plural, e.what()),
+                   quantity.unit.empty()
+                       ? "write a number, or in %: 1e-3 or \"0.02 %\""
+                       : fmt::format("write it in {0} or in %, e.g. \"0.2 {0}\" or \"0.02 %\"", quantity.unit));
     }
     if (!(out.back().value >= 0))
       table.refuse(key, fmt::format("{} is negative", value), "the allowed difference is a positive number");
@@ -154,7 +179,9 @@ double report_bound(const Table& table, const std::string& key) {
 
 struct Expectations::Parts {
   const Cloud& cloud;
+  const MaterialField& material;
   const Probes& probes;
+  const WeldResults* weld;
   std::string folder;
   std::vector<Comparison> comparisons;
   std::vector<ReportBound> bounds;
@@ -167,14 +194,19 @@ struct Expectations::Parts {
 
   void read_report(const Table& table);
   void read_comparison(const Case& c, const Table& table, const std::string& subject);
+  const Quantity& read_quantity(const Table& table) const;
   std::vector<int> select(const Case& c, const Table& table, const std::string& subject) const;
-  void compare(Comparison& comparison, std::size_t k, std::span<const double> T) const;
+  /// The quantity at the owned points.
+  std::vector<double> values(const Comparison& comparison, double t, std::span<const double> T) const;
+  void compare(Comparison& comparison, std::size_t k, const State& state, std::span<const double> T) const;
+  double at_probe(const Comparison& comparison, double t, std::span<const double> T) const;
+  double of_body(const Comparison& comparison, const State& state, std::span<const double> T) const;
   void write(const Comparison& comparison, std::size_t k, const PointReference::Values& reference,
-             std::span<const double> T) const;
+             std::span<const double> values) const;
 };
 
 void Expectations::Parts::read_report(const Table& table) {
-  refuse_others(table, "report", {"at", "value", "reference", "column", "filter", "within", "norm", "of"});
+  refuse_others(table, "report", {"quantity", "at", "value", "reference", "column", "filter", "within", "norm", "of"});
   const std::size_t first = bounds.size();
   for (const std::string key : {"at_most", "at_least"}) {
     if (!table.has(key)) continue;
@@ -201,18 +233,48 @@ std::vector<int> Expectations::Parts::select(const Case& c, const Table& table, 
   return points;
 }
 
+const Quantity& Expectations::Parts::read_quantity(const Table& table) const {
+  const Quantity& q = *std::ranges::find(quantities(), table.text("quantity"), &Quantity::name);
+  if (q.name == "volumetric_heat_capacity" && !material.has_capacity())
+    table.refuse("quantity", "density or specific heat of the body are not known", "give its materials both");
+  const bool is_of_weld =
+      std::ranges::count(std::vector<std::string>{"peak_temperature", "cooling_time", "extent", "average_temperature"},
+                         q.name) > 0;
+  if (is_of_weld && !weld)
+    table.refuse("quantity", fmt::format("{} are results of a weld, and the case has no [weld]", q.plural),
+                 "add [weld]");
+  if (q.name == "cooling_time" && !weld->has_cooling())
+    table.refuse("quantity", "[weld] does not say between which temperatures",
+                 "add cooling = [\"800 degC\", \"500 degC\"]");
+  if (q.name == "extent") {
+    std::vector<std::string> names;
+    for (const Extent& extent : weld->extents()) names.push_back(extent.name());
+    if (!std::ranges::count(names, table.text("extent")))
+      table.refuse("extent", fmt::format("there is no extent '{}'", table.text("extent")),
+                   names.empty() ? fmt::format("add [weld.extent.{}]", table.text("extent"))
+                                 : fmt::format("the extents are: {}", fmt::join(names, ", ")));
+  }
+  if (q.name != "volume_fraction") return q;
+  const std::vector<std::string> known = material.ingredients();
+  if (const std::string name = table.text("material"); !std::ranges::count(known, name))
+    table.refuse("material", fmt::format("'{}' is not mixed into the body", name),
+                 fmt::format("it is made of {}", fmt::join(known, ", ")));
+  return q;
+}
+
 void Expectations::Parts::read_comparison(const Case& c, const Table& table, const std::string& subject) {
   refuse_others(table, subject, {"at_most"});
   Comparison e{.table = table,
+               .quantity = &read_quantity(table),
                .number = static_cast<int>(entries.size()) + 1,
                .name = {},
                .is_steady = c.root().has("steady"),
                .times = read_times(c, table),
                .within = {},
                .at_least = {}};
-  e.within = read_differences(table, "within", e.times.size());
+  e.within = read_differences(table, "within", *e.quantity, e.times.size());
   if (table.has("at_least")) {
-    e.at_least = read_differences(table, "at_least", e.times.size());
+    e.at_least = read_differences(table, "at_least", *e.quantity, e.times.size());
     if (e.at_least.size() != e.within.size() || e.at_least[0].is_relative != e.within[0].is_relative)
       table.refuse("at_least", "'at_least' and 'within' do not match", "give as many numbers, in the same unit");
   }
@@ -229,6 +291,8 @@ void Expectations::Parts::read_comparison(const Case& c, const Table& table, con
     refuse_others(table, "probe", {"norm"});
     if (table.text("of") == "range") table.refuse("of", "a single value has no range", "leave 'of' out");
     e.probe = static_cast<int>(found - probes.names().begin());
+  } else if (e.quantity->is_of_body) {
+    refuse_others(table, e.quantity->name, {"norm"});
   } else {
     e.points = select(c, table, subject);
   }
@@ -237,19 +301,22 @@ void Expectations::Parts::read_comparison(const Case& c, const Table& table, con
     refuse_others(table, "value", {"column", "filter"});
     e.value = table.function("value");
     if (e.value->depends_on_temperature())
-      table.refuse("value", "the expected temperature depends on T", "use x, y, z, r and t");
-  } else if (e.probe >= 0) {
-    together(cloud.comm, [&] { e.probe_reference = reference_values(table, e.times); });
+      table.refuse("value", "the expected value depends on T", "use x, y, z, r and t");
+  } else if (e.probe >= 0 || e.quantity->is_of_body) {
+    together(cloud.comm, [&] { e.probe_reference = reference_values(table, e.quantity->unit, e.times); });
   } else {
-    e.reference.emplace(table, cloud, e.points, e.times);
+    e.reference.emplace(table, e.quantity->unit, cloud, e.points, e.times);
   }
 
   if (table.has("name")) {
     e.name = table.text("name");
   } else {
-    e.name = subject == "probe"   ? "probe " + table.text("probe")
-             : subject == "where" ? "points with " + table.text("where")
-                                  : "all points";
+    e.name = e.quantity->is_of_body ? (table.has("extent") ? table.text("extent") : e.quantity->name)
+             : subject == "probe"   ? "probe " + table.text("probe")
+             : subject == "where"   ? "points with " + table.text("where")
+                                    : "all points";
+    if (e.quantity->name != "temperature" && !e.quantity->is_of_body)
+      e.name = e.quantity->plural + (table.has("material") ? " of " + table.text("material") : "") + ", " + e.name;
     if (e.reference || !e.probe_reference.empty())
       e.name += ", " + std::filesystem::path(table.text("reference")).filename().string();
   }
@@ -257,51 +324,90 @@ void Expectations::Parts::read_comparison(const Case& c, const Table& table, con
   comparisons.push_back(std::move(e));
 }
 
-void Expectations::Parts::compare(Comparison& e, std::size_t k, std::span<const double> T) const {
+std::vector<double> Expectations::Parts::values(const Comparison& e, double t, std::span<const double> T) const {
+  if (e.quantity->name == "temperature") return {T.begin(), T.end()};
+  if (e.quantity->name == "peak_temperature") return {weld->points().peak().begin(), weld->points().peak().end()};
+  if (e.quantity->name == "cooling_time") return {weld->points().cooling().begin(), weld->points().cooling().end()};
+  std::vector<double> out(T.size());
+  together(cloud.comm, [&] {
+    if (e.quantity->name == "conductivity")
+      material.conductivity(t, T, out, {});
+    else if (e.quantity->name == "volumetric_heat_capacity")
+      material.enthalpy(T, {}, out);
+    else
+      material.volume_fraction(e.table.text("material"), out);
+  });
+  return out;
+}
+
+double Expectations::Parts::of_body(const Comparison& e, const State& state, std::span<const double> T) const {
+  if (e.quantity->name == "average_temperature") return weld->average(state, T);
+  return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of(T).length();
+}
+
+/// What a probe went through is not what the points around it went through, interpolated: it has a history of its own.
+double Expectations::Parts::at_probe(const Comparison& e, double t, std::span<const double> T) const {
+  if (e.quantity->name == "peak_temperature") return weld->probes().peak()[e.probe];
+  if (e.quantity->name == "cooling_time") return weld->probes().cooling()[e.probe];
+  return probes.sample(values(e, t, T))[e.probe];
+}
+
+void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& state, std::span<const double> T) const {
   const double t = e.times[k];
   const bool is_relative = e.tolerance(k).is_relative;
   const std::string of = e.table.text("of");
-  if (e.probe >= 0) {
-    const double value = probes.sample(T)[e.probe];
-    const double reference = e.value ? (*e.value)(probes.places()[e.probe], t) : e.probe_reference[k];
+  if (e.probe >= 0 || e.quantity->is_of_body) {
+    const double value = e.probe >= 0 ? at_probe(e, t, T) : of_body(e, state, T);
+    const Vec3 place = e.probe >= 0 ? probes.places()[e.probe] : Vec3{};
+    const double reference = e.value ? (*e.value)(place, t) : e.probe_reference[k];
     const double error =
         difference(MPI_COMM_SELF, std::span(&value, 1), std::span(&reference, 1), "max", of, is_relative);
     e.results[k] = {error, value, reference};
     return;
   }
+  const std::vector<double> all = values(e, t, T);
   PointReference::Values reference;
   if (e.value) {
     reference.point = e.points;
-    reference.T.resize(e.points.size());
+    reference.value.resize(e.points.size());
     std::vector<Vec3> x;
     for (int i : e.points) x.push_back(cloud.x[i]);
-    together(cloud.comm, [&] { e.value->evaluate({.x = x, .t = t}, reference.T); });
+    together(cloud.comm, [&] { e.value->evaluate({.x = x, .t = t}, reference.value); });
   } else {
     reference = e.reference->at(static_cast<int>(k), cloud, e.points);
   }
-  std::vector<double> values;
-  for (int i : reference.point) values.push_back(T[i]);
-  e.results[k] = {difference(cloud.comm, values, reference.T, e.table.text("norm"), of, is_relative), nan, nan};
-  if (!folder.empty()) write(e, k, reference, T);
+  std::vector<double> compared;
+  for (int i : reference.point) compared.push_back(all[i]);
+  e.results[k] = {difference(cloud.comm, compared, reference.value, e.table.text("norm"), of, is_relative), nan, nan};
+  if (!folder.empty()) write(e, k, reference, all);
 }
 
 void Expectations::Parts::write(const Comparison& e, std::size_t k, const PointReference::Values& reference,
-                                std::span<const double> T) const {
+                                std::span<const double> values) const {
+  const std::string unit = e.quantity->unit.empty() ? "" : fmt::format(" [{}]", e.quantity->unit);
   const std::string time = e.is_steady ? "" : fmt::format("-{:g}", e.times[k]);
   make_folder(cloud.comm, folder);
   write_in_turns(cloud.comm, fmt::format("{}/expect-{}{}.csv", folder, e.number, time),
-                 "x [m],y [m],z [m],T [K],reference [K]", [&](std::FILE* file) {
+                 fmt::format("x [m],y [m],z [m],{}{},reference{}", e.quantity->column, unit, unit),
+                 [&](std::FILE* file) {
                    for (std::size_t n = 0; n < reference.point.size(); ++n) {
                      const int i = reference.point[n];
                      const Vec3& x = cloud.x[i];
-                     fmt::print(file, "{},{},{},{},{}\n", x.x, x.y, x.z, T[i], reference.T[n]);
+                     fmt::print(file, "{},{},{},{},{}\n", x.x, x.y, x.z, values[i], reference.value[n]);
                    }
                  });
 }
 
-Expectations::Expectations(const Case& c, const Cloud& cloud, const Probes& probes, const std::string& folder)
-    : parts_(new Parts{cloud, probes, folder, {}, {}, {}}) {
+Expectations::Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
+                           const WeldResults* weld, const std::string& folder)
+    : parts_(new Parts{cloud, material, probes, weld, folder, {}, {}, {}}) {
   for (const Table& table : c.root().list("expect")) {
+    const bool is_of_body = std::ranges::find(quantities(), table.text("quantity"), &Quantity::name)->is_of_body;
+    if (is_of_body) {
+      refuse_others(table, table.text("quantity"), {"probe", "where", "report"});
+      parts_->read_comparison(c, table, "quantity");
+      continue;
+    }
     const std::string subject = one_of(table, {"probe", "field", "where", "report"}, "what it is about");
     if (subject == "report")
       parts_->read_report(table);
@@ -319,11 +425,12 @@ std::vector<double> Expectations::times() const {
   return all;
 }
 
-void Expectations::observe(double t, bool last, std::span<const double> T) {
+void Expectations::observe(const State& state, bool last, std::span<const double> T) {
+  const double t = state.t;
   for (Comparison& e : parts_->comparisons)
     for (std::size_t k = 0; k < e.times.size(); ++k)
       if (!e.results[k] && (reached(t, e.times[k]) || (last && t < e.times[k]) || e.is_steady))
-        parts_->compare(e, k, T);
+        parts_->compare(e, k, state, T);
 }
 
 std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& report) {
@@ -360,8 +467,8 @@ std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& r
       const Tolerance& tolerance = e.tolerance(k);
       const Result result = e.results[k].value_or(Result{nan, nan, nan});
       Verdict v{.what = e.name,
-                .norm = e.probe >= 0 ? "value" : e.table.text("norm"),
-                .unit = tolerance.is_relative ? "%" : "K",
+                .norm = e.probe >= 0 || e.quantity->is_of_body ? "value" : e.table.text("norm"),
+                .unit = tolerance.is_relative ? "%" : e.quantity->unit,
                 .error = result.error,
                 .tolerance = tolerance.value,
                 .passed = e.passes(result.error, k),
@@ -380,21 +487,24 @@ std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& r
 }
 
 void declare_expect(Schema& schema) {
+  std::vector<std::string> names;
+  for (const Quantity& q : quantities()) names.push_back(q.name);
   std::vector<Key> keys{
       {"name", Kind::text, "", optional, "What the verdict is called; made from the other keys where absent."},
       {"source", Kind::text, "", optional, "Where the expected number comes from."},
       {"probe", Kind::text, "", optional, "Compare at this probe."},
       {"field", Kind::flag, "", "false", "Compare at all points."},
       {"report", Kind::text, "", optional, "Compare this number of report.json, by at_most and at_least."},
+      {"quantity", Kind::choice, "", "temperature", "What is compared.", names},
       {"at", Kind::quantities, "s", optional, "Time or times of the comparison; the end where absent."},
-      {"value", Kind::function, "K", optional, "Expected temperature, a function of place and time."},
       {"reference", Kind::text, "", optional,
-       "CSV file with expected temperatures, beside the case. With one column of coordinates (x, y, z or r) its rows "
+       "CSV file with expected values, beside the case. With one column of coordinates (x, y, z or r) its rows "
        "are "
        "interpolated by cubics, with more they are matched to the points; a column t gives their times."},
-      {"column", Kind::text, "", "T", "Column of the reference file that holds the temperatures."},
+      {"column", Kind::text, "", "T", "Column of the reference file that holds the values."},
       {"within", Kind::raw_quantities, "", optional,
-       "Allowed difference in K or %: one, or one a time. One for several times is judged at the worst of them."},
+       "Allowed difference in the unit of the quantity or %: one, or one a time. One for several times is judged at "
+       "the worst of them."},
       {"norm",
        Kind::choice,
        "",
@@ -415,6 +525,18 @@ void declare_expect(Schema& schema) {
   for (Key& key : where_keys("Compare at the points where this formula of x, y, z and r is true."))
     keys.push_back(std::move(key));
   schema.add({.path = "expect[]", .sentence = "What the result is compared with.", .keys = std::move(keys)});
+  for (const Quantity& q : quantities()) {
+    std::vector<Key> own{{"value", Kind::function, q.unit, optional, "Expected value, a function of place and time."}};
+    if (q.name == "volume_fraction")
+      own.push_back(
+          {"material", Kind::text, "", required, "Whose fraction; that of what fills the pores is the porosity."});
+    if (q.name == "extent") own.push_back({"extent", Kind::text, "", required, "Name of the [weld.extent.*]."});
+    schema.add({.path = "expect[]",
+                .sentence = fmt::format("A comparison of {}.", q.plural),
+                .keys = std::move(own),
+                .when_key = "quantity",
+                .when_value = q.name});
+  }
   schema.add({.path = "expect[].filter",
               .sentence = "Rows of the reference file in which these columns have these values.",
               .keys = {{"*", Kind::number, "", optional, "Name of a column and its value, as written in the file."}}});

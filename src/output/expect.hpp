@@ -9,7 +9,9 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "material/material_field.hpp"
 #include "output/probes.hpp"
+#include "output/weld.hpp"
 
 namespace calor {
 
@@ -25,14 +27,16 @@ struct Verdict {
 class Expectations {
  public:
   /// Checks names, times and files of all [[expect]] now, not at the end. Collective.
-  Expectations(const Case& c, const Cloud& cloud, const Probes& probes, const std::string& folder);
+  /// `weld`: null where the case has no [weld].
+  Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
+               const WeldResults* weld, const std::string& folder);
   ~Expectations();
 
   /// Times the run has to land on.
   std::vector<double> times() const;
-  /// Compares what is due at time t (all that is left where `last`); writes compared points to
-  /// expect-<n>.csv in the folder. T: owned points. Collective.
-  void observe(double t, bool last, std::span<const double> T);
+  /// Compares what is due at state.t (all that is left where `last`); writes compared points to
+  /// expect-<n>.csv in the folder. T: temperatures of the owned points. Collective.
+  void observe(const State& state, bool last, std::span<const double> T);
   /// Verdicts in the order of the case; `report` serves expectations on numbers of the report.
   std::vector<Verdict> finish(const std::map<std::string, double>& report);
 

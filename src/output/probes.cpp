@@ -119,10 +119,11 @@ std::vector<std::array<int, 3>> monomials(int dimension) {
 /// Weights a of the points such that sum a_i f(x_i) = f(p) for every polynomial f of the third degree, with the least
 /// sum a_i^2 / w_i: moving least squares in dual form. Where the points do not determine a monomial (too few of them,
 /// few layers), or only with large weights of both signs, it is left out.
-std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, int dimension) {
-  const int n = static_cast<int>(near.size());
-  const double reach = near.back().distance;
-  // The weight vanishes at the farthest point, so that of several at the same distance none is preferred.
+std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, const Cloud& cloud) {
+  const int n = static_cast<int>(near.size()), dimension = cloud.dimension;
+  // The weight vanishes at the farthest point, so that of several at the same distance none is preferred; unless these
+  // are all points that there are.
+  const double reach = (n == cloud.count ? 2 : 1) * near.back().distance;
   Eigen::VectorXd root_w(n);
   for (int i = 0; i < n; ++i) root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 1.5);
   if (n == 1) root_w[0] = 1;
@@ -187,7 +188,7 @@ void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name,
   if (near.front().distance <= 1e-9 * near.front().spacing)
     near.resize(1);
   else
-    weight = interpolation_weights(place, near, cloud.dimension);
+    weight = interpolation_weights(place, near, cloud);
   const int first = first_slot_.back();
   for (std::size_t i = 0; i < near.size(); ++i)
     if (near[i].rank == rank_of(comm_))

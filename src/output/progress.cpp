@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <string>
+#include <string_view>
 
 #include "base/parallel.hpp"
 
@@ -16,10 +18,16 @@ std::string clock_text(double seconds) {
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
 }
 
+/// Does the line end up on a terminal? Ranks under mpiexec are told so.
+bool on_terminal() {
+  const char* told = std::getenv("CALOR_TERMINAL");
+  return told ? std::string_view(told) == "1" : isatty(STDERR_FILENO);
+}
+
 }  // namespace
 
 Progress::Progress(MPI_Comm comm, double end, bool quiet)
-    : end_(end), speaks_(!quiet && rank_of(comm) == 0 && isatty(STDERR_FILENO)), start_(Clock::now()), shown_(start_) {}
+    : end_(end), speaks_(!quiet && rank_of(comm) == 0 && on_terminal()), start_(Clock::now()), shown_(start_) {}
 
 void Progress::show(double t, long steps) {
   if (!speaks_) return;

@@ -90,9 +90,10 @@ class Finder {
 
 }  // namespace
 
-ReferenceFile::ReferenceFile(const Table& expect) : expect_(expect), path_(expect.file("reference")) {
-  CsvReader csv(path_);
-  csv.require(expect.text("column"), "K");
+ReferenceFile::ReferenceFile(const Table& expect, const std::string& unit)
+    : expect_(expect), path_(expect.file("reference")), unit_(unit) {
+  CsvReader csv(path_, expect.place("reference"));
+  csv.require(expect.text("column"), unit);
   for (const std::string& name : filtered(expect)) csv.require(name, csv.columns()[std::max(csv.find(name), 0)].unit);
   for (const std::string name : {"t", "time"})
     if (csv.find(name) >= 0 && !is_filtered(expect, name)) has_time_ = true, time_ = name;
@@ -105,7 +106,7 @@ ReferenceFile::ReferenceFile(const Table& expect) : expect_(expect), path_(expec
 
 void ReferenceFile::read(std::span<const double> times, const Row& row) const {
   CsvReader csv(path_);
-  const int T = csv.require(expect_.text("column"), "K"), t = has_time_ ? csv.require(time_, "s") : -1;
+  const int column = csv.require(expect_.text("column"), unit_), t = has_time_ ? csv.require(time_, "s") : -1;
   std::vector<int> columns;
   for (const std::string& axis : axes_) columns.push_back(csv.require(axis, "m"));
   std::vector<std::pair<int, double>> wanted;
@@ -118,7 +119,7 @@ void ReferenceFile::read(std::span<const double> times, const Row& row) const {
     if (!std::ranges::all_of(wanted, [&](const auto& w) { return same(csv.number(w.first), w.second); })) continue;
     std::array<double, 3> x{};
     for (std::size_t axis = 0; axis < columns.size(); ++axis) x[axis] = csv.number(columns[axis]);
-    const double value = csv.number(T), time = has_time_ ? csv.number(t) : 0;
+    const double value = csv.number(column), time = has_time_ ? csv.number(t) : 0;
     if (there.size() < 20) there.insert(time);
     for (std::size_t k = 0; k < times.size(); ++k) {
       if (has_time_ && !same(time, times[k])) continue;
@@ -136,32 +137,32 @@ void ReferenceFile::read(std::span<const double> times, const Row& row) const {
                  fmt::format("its times are {} s{}", fmt::join(there, ", "), there.size() < 20 ? "" : ", ..."));
 }
 
-std::vector<double> reference_values(const Table& expect, std::span<const double> times) {
+std::vector<double> reference_values(const Table& expect, const std::string& unit, std::span<const double> times) {
   std::vector<double> values(times.size(), NAN);
-  ReferenceFile(expect).read(times, [&](int k, const auto&, double T) {
+  ReferenceFile(expect, unit).read(times, [&](int k, const auto&, double value) {
     if (!std::isnan(values[k])) refuse_second_row(expect, "one time");
-    values[k] = T;
+    values[k] = value;
   });
   return values;
 }
 
-PointReference::PointReference(const Table& expect, const Cloud& cloud, std::span<const int> selected,
-                               std::span<const double> times) {
+PointReference::PointReference(const Table& expect, const std::string& unit, const Cloud& cloud,
+                               std::span<const int> selected, std::span<const double> times) {
   const std::string name = expect.text("reference");
   together(cloud.comm, [&] {
-    const ReferenceFile file(expect);
+    const ReferenceFile file(expect, unit);
     if (file.axes().empty())
       expect.refuse("reference", fmt::format("'{}' has no column x, y, z or r", name),
                     "add the coordinates of the rows, or compare a probe");
     if (file.axes().size() == 1) {
       axis_ = file.axes().front();
       curves_.resize(times.size());
-      file.read(times, [&](int k, const auto& x, double T) { curves_[k].push_back({x[0], T}); });
+      file.read(times, [&](int k, const auto& x, double value) { curves_[k].push_back({x[0], value}); });
     } else {
       matched_.resize(times.size());
       const Finder finder(cloud, selected, file.axes());
-      file.read(times, [&](int k, const auto& x, double T) {
-        finder.at(x, [&](int i) { matched_[k].point.push_back(i), matched_[k].T.push_back(T); });
+      file.read(times, [&](int k, const auto& x, double value) {
+        finder.at(x, [&](int i) { matched_[k].point.push_back(i), matched_[k].value.push_back(value); });
       });
     }
 
@@ -190,7 +191,7 @@ PointReference::PointReference(const Table& expect, const Cloud& cloud, std::spa
         if (!sorted.point.empty() && sorted.point.back() == i)
           refuse_second_row(expect, fmt::format("the point ({}, {}, {}) m", x.x, x.y, x.z));
         sorted.point.push_back(i);
-        sorted.T.push_back(values.T[n]);
+        sorted.value.push_back(values.value[n]);
       }
       values = std::move(sorted);
     }
@@ -205,19 +206,19 @@ PointReference::Values PointReference::at(int k, const Cloud& cloud, std::span<c
   if (curves_.empty()) return matched_[k];
   const std::vector<Knot>& curve = curves_[k];
   const int count = static_cast<int>(curve.size()), wide = std::min(count, 4);
-  Values out{.point = {selected.begin(), selected.end()}, .T = {}};
+  Values out{.point = {selected.begin(), selected.end()}, .value = {}};
   for (int i : selected) {
     const double x = coordinate(cloud.x[i], axis_);
     const int right = static_cast<int>(std::ranges::lower_bound(curve, x, {}, &Knot::x) - curve.begin());
     const int first = std::clamp(right - 2, 0, count - wide);
-    double T = 0;  // Lagrange's polynomial, exact at the knots
+    double value = 0;  // Lagrange's polynomial, exact at the knots
     for (int a = first; a < first + wide; ++a) {
       double weight = 1;
       for (int b = first; b < first + wide; ++b)
         if (b != a) weight *= (x - curve[b].x) / (curve[a].x - curve[b].x);
-      T += weight * curve[a].T;
+      value += weight * curve[a].value;
     }
-    out.T.push_back(T);
+    out.value.push_back(value);
   }
   return out;
 }

@@ -1,5 +1,5 @@
 #pragma once
-// Reference files of [[expect]]: a CSV with a column of temperatures, perhaps one of times, and none, one or more of
+// Reference files of [[expect]]: a CSV with a column of expected values, perhaps one of times, and none, one or more of
 // coordinates (x, y, z, r).
 #include <array>
 #include <functional>
@@ -15,8 +15,8 @@ namespace calor {
 /// The rows that an [[expect]] asks for by `reference`, `column`, `filter` and its times.
 class ReferenceFile {
  public:
-  /// Checks the columns. Throws Error.
-  explicit ReferenceFile(const Table& expect);
+  /// Checks the columns; values come in `unit`, SI. Throws Error.
+  ReferenceFile(const Table& expect, const std::string& unit);
 
   bool has_time() const { return has_time_; }
   /// Coordinate columns that are not filtered by.
@@ -29,34 +29,35 @@ class ReferenceFile {
 
  private:
   Table expect_;
-  std::string path_;
+  std::string path_, unit_;
   bool has_time_ = false;
   std::string time_;
   std::vector<std::string> axes_;
 };
 
-/// The one row of every time, K. Throws Error.
-std::vector<double> reference_values(const Table& expect, std::span<const double> times);
+/// The one row of every time, in `unit`. Throws Error.
+std::vector<double> reference_values(const Table& expect, const std::string& unit, std::span<const double> times);
 
-/// Reference temperatures at points of the cloud. One coordinate: the rows are interpolated by cubics through the four
+/// Reference values at points of the cloud. One coordinate: the rows are interpolated by cubics through the four
 /// nearest. More: rows are matched to the points that lie there (within 1e-6 of the spacing); others are skipped.
 class PointReference {
  public:
   struct Values {
     std::vector<int> point;  ///< owned points, ascending
-    std::vector<double> T;   ///< K
+    std::vector<double> value;
   };
 
   /// Refuses points outside the rows of one coordinate, rows of which none matches, and two rows for one place.
   /// `selected`: owned points, ascending. Collective; throws Error on all ranks.
-  PointReference(const Table& expect, const Cloud& cloud, std::span<const int> selected, std::span<const double> times);
+  PointReference(const Table& expect, const std::string& unit, const Cloud& cloud, std::span<const int> selected,
+                 std::span<const double> times);
 
   /// For times[k], at the selected points (those matched).
   Values at(int k, const Cloud& cloud, std::span<const int> selected) const;
 
  private:
   struct Knot {
-    double x, T;
+    double x, value;
   };
   std::string axis_;                       // of one coordinate
   std::vector<std::vector<Knot>> curves_;  // one a time, ascending; empty with more coordinates

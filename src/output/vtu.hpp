@@ -11,7 +11,7 @@
 namespace calor {
 
 struct Field {
-  std::string name;                ///< with unit: "temperature [K]"
+  std::string name;                ///< with unit, if it has one: "temperature [K]"
   int components = 1;              ///< 1 or 3
   std::span<const double> values;  ///< owned points, row-major
 };

@@ -28,8 +28,9 @@ class Euler final : public Marcher {
     while (state.t < stretch.end()) {
       if (bound == 0 || !bound_is_constant) bound = system.rate_bound(stretch.data_time(state.t), state.T);
       const double stable = bound > 0 ? options_.safety * 2 / bound : std::numeric_limits<double>::infinity();
+      const double longest = system.longest_step(stretch.begin(), stretch.end());
       // Equal steps over what is left: the last one is not a splinter.
-      const EqualSteps steps(state.t, stretch.end(), stable);
+      const EqualSteps steps(state.t, stretch.end(), std::min(stable, longest));
       if (!step(system, state, stretch, steps.step(), steps.time(1), after_step)) return false;
     }
     return true;

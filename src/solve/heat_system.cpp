@@ -51,6 +51,8 @@ HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, 
       walls = std::make_unique<AlgebraicWalls>(cloud, *rows, conditions.fluxes, std::move(active));
   }
   cloud.halo.update(is_wall);
+  if (const WallBonds* bonds = sites->wall_bonds())
+    images = std::make_unique<ImageHeat>(*bonds, conditions.temperatures, material);
   for (int i = 0; i < cloud.local(); ++i)
     role[i] = is_prescribed[i] != 0 ? Role::prescribed : is_wall[i] != 0 ? Role::wall : Role::free;
 }
@@ -110,7 +112,9 @@ Conductivity HeatSystem::Parts::conductivity(double t, std::span<const double> T
 }
 
 void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<double> F, std::span<double> power) {
-  sites->add_rate(conductivity(t, T, For::rate), T, F);
+  const Conductivity k = conductivity(t, T, For::rate);
+  sites->add_rate(k, T, F);
+  if (images) images->add_rate(t, k, T, F, power);
   for_each_surface_term(t, T, false, [&](std::size_t, const SurfaceTerm& term, std::span<const double> q) {
     double total = 0;
     for (std::size_t p = 0; p < q.size(); ++p) {
@@ -177,6 +181,7 @@ void HeatSystem::rate(double t, std::span<double> T, std::span<double> F, std::s
   parts_->cloud.halo.update(T);
   std::ranges::fill(F, 0);
   std::ranges::fill(power, 0);
+  for (const auto& source : parts_->sources) source->prepare(t);
   together(parts_->cloud.comm, [&] { parts_->add_rate(t, T, F, power); });
   if (!parts_->walls) return;
   for (int i = 0; i < parts_->cloud.owned; ++i)
@@ -225,19 +230,51 @@ void HeatSystem::heat_flux(double t, std::span<double> T, std::span<Vec3> q) con
   together(parts_->cloud.comm, [&] { parts_->sites->heat_flux(parts_->conductivity(t, T, Parts::For::rate), T, q); });
 }
 
+std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) const {
+  const Cloud& cloud = parts_->cloud;
+  std::vector<SourcePower> powers;
+  for (const auto& source : parts_->sources) {
+    source->prepare(t);
+    std::vector<double> P(cloud.owned);
+    together(cloud.comm, [&] { source->add_power(t, T.first(cloud.owned), P); });
+    const double deposited = sum(cloud.comm, P);
+    powers.push_back({source->asked(t).value_or(deposited), deposited});
+  }
+  return powers;
+}
+
+std::optional<double> HeatSystem::energy_asked(double t) const {
+  double energy = 0;
+  for (const auto& source : parts_->sources) {
+    const auto asked = source->energy_asked(t);
+    if (!asked) return std::nullopt;
+    energy += *asked;
+  }
+  return energy;
+}
+
+double HeatSystem::longest_step(double begin, double end) const {
+  double longest = std::numeric_limits<double>::infinity();
+  for (const auto& source : parts_->sources) longest = std::min(longest, source->longest_step(begin, end));
+  return longest;
+}
+
 std::vector<double> HeatSystem::breaks() const {
   std::vector<double> all;
   const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
   for (const SurfaceTerm& term : parts_->conditions.fluxes) add(term.flux->breaks());
   for (const PrescribedTerm& term : parts_->conditions.temperatures) add(term.temperature.breaks());
   for (const auto& source : parts_->sources) add(source->breaks());
+  add(parts_->sites->breaks());
   std::ranges::sort(all);
   all.erase(std::ranges::unique(all).begin(), all.end());
   return all;
 }
 
+void HeatSystem::change_sites(double t) { parts_->sites->change(t); }
+
 bool HeatSystem::level_is_fixed() const {
-  bool fixed = !parts_->prescribed.empty();
+  bool fixed = !parts_->prescribed.empty() || parts_->images;
   for (const SurfaceTerm& term : parts_->conditions.fluxes)
     fixed = fixed || (term.flux->depends_on_temperature() && !term.point.empty());
   return any(parts_->cloud.comm, fixed);

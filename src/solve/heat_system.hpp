@@ -92,8 +92,20 @@ class HeatSystem {
   /// Heat flux vector at the owned points, W/m^2. Collective.
   void heat_flux(double t, std::span<double> T, std::span<Vec3> q) const;
 
+  /// Of every source at (t, T): the power asked for and what goes into the points, W. Collective.
+  struct SourcePower {
+    double asked, deposited;
+  };
+  std::vector<SourcePower> source_powers(double t, std::span<const double> T) const;
+  /// Heat that the sources were asked for since t = 0, J; nothing where one of them is not asked for a power.
+  std::optional<double> energy_asked(double t) const;
+  /// Longest time step that resolves moving sources between two times, s.
+  double longest_step(double begin, double end) const;
+
   /// Times at which data jump or have kinks, sorted.
   std::vector<double> breaks() const;
+  /// Lets the sites change that change by themselves at time t, one of the breaks (cracks that open).
+  void change_sites(double t);
   bool has_algebraic_walls() const;
   /// Highest less lowest temperature of body, walls and ambients at time t, K. Collective.
   double temperature_span(double t, std::span<const double> T) const;

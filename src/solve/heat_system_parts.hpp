@@ -6,6 +6,7 @@
 
 #include "solve/heat_system.hpp"
 #include "solve/point_values.hpp"
+#include "solve/wall_bonds.hpp"
 #include "solve/wall_rows.hpp"
 
 namespace calor {
@@ -32,6 +33,7 @@ struct HeatSystem::Parts {
   std::vector<Role> role;       ///< of all local points
   std::vector<int> prescribed;  ///< owned points, ascending
   std::unique_ptr<AlgebraicWalls> walls;
+  std::unique_ptr<ImageHeat> images;          ///< beyond walls of prescribed temperature; null: none
   std::unique_ptr<PointValues> point_values;  ///< null: the unknowns are temperatures
   bool is_nodal = true;
 

@@ -20,16 +20,36 @@ StageSolver::StageSolver(const HeatSystem& system)
                      for (std::size_t i = 0; i < R.size(); ++i) R[i] -= gamma_dt_ * F_[i] + known_[i];
                      for (int i : system_.prescribed()) R[i] = -F_[i];
                    },
-               .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); }},
+               .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
+               .bend = steps_in_enthalpy(system)
+                           ? [this](std::span<const double> T, std::span<double> dT) { step_in_enthalpy(T, dT); }
+                           : std::function<void(std::span<const double>, std::span<double>)>()},
               false),
       F_(system.cloud().owned),
       tolerance_(system.cloud().owned) {
-  newton_.always_renew(false);
+  newton_.always_renew(steps_in_enthalpy(system));
+}
+
+bool StageSolver::steps_in_enthalpy(const HeatSystem& system) {
+  return system.is_nodal() && system.material().capacity_depends_on_T();
+}
+
+void StageSolver::step_in_enthalpy(std::span<const double> T, std::span<double> dT) {
+  const std::size_t n = dT.size();
+  E_.resize(n), C_.resize(n);
+  system_.energy(T, E_);
+  system_.capacity(T, C_);
+  T_new_.assign(T.begin(), T.end());
+  for (std::size_t i = 0; i < n; ++i) E_[i] += C_[i] * dT[i];
+  system_.temperature(E_, T_new_);
+  // Where both agree the step stays as it is: the way back from the enthalpy has fewer digits.
+  for (std::size_t i = 0; i < n; ++i)
+    if (std::abs(T_new_[i] - (T[i] + dT[i])) > 1e-12 * std::abs(T[i])) dT[i] = T_new_[i] - T[i];
 }
 
 bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
                         StepCounts& counts) {
-  constexpr int most_iterations = 25;
+  const int most_iterations = steps_in_enthalpy(system_) ? 100 : 25;  // a front of melting goes from point to point
   constexpr double round_off = 8 * std::numeric_limits<double>::epsilon(), least = 1e-13;
   const bool is_constant = system_.jacobian_is_constant();
   if (std::abs(gamma_dt - gamma_dt_) > 1e-12 * gamma_dt) newton_.renew_jacobian();
@@ -48,6 +68,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   const Newton::Result result = newton_.solve(T, tolerance_, most_iterations);
   counts.newton_iterations += result.iterations;
   counts.linear_iterations += result.linear_iterations;
+  reason_ = result.reason;
   return result.converged;
 }
 
@@ -90,7 +111,8 @@ double ImplicitMarcher::tight_tolerance(const HeatSystem& system, const State& s
   return 1e-10 * system.temperature_span(state.t, state.T);
 }
 
-void ImplicitMarcher::fail(double t, double dt) {
+void ImplicitMarcher::fail(double t, double dt) const {
+  if (solver_->reason()) std::rethrow_exception(solver_->reason());
   throw Error(Fault::numbers,
               fmt::format("Newton's method did not converge in the step of {:.6g} s at t = {:.6g} s", dt, t),
               "take a smaller [time] step, or integrator = \"rkl2\" or \"tr-bdf2\" without a step");

@@ -1,5 +1,6 @@
 #pragma once
 // The stage of an implicit step: E(T) - gamma dt F(t, T) = known.
+#include <exception>
 #include <span>
 #include <vector>
 
@@ -17,15 +18,24 @@ class StageSolver {
   /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails. Collective.
   bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
              StepCounts& counts);
+  /// Why the last solve failed, if the equations said so.
+  std::exception_ptr reason() const { return reason_; }
   /// x = (dE/dT - gamma dt dF/dT)^-1 r with the matrix of the last solve: takes stiff components out of an error.
   void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x); }
 
  private:
+  /// Where the capacity depends on temperature, Newton's method goes in the enthalpies: dE = C dT, and the temperatures
+  /// follow from E. In temperatures it would jump to and fro over a narrow range of melting (Swaminathan & Voller,
+  /// Metall. Trans. B 23 (1992) 651).
+  static bool steps_in_enthalpy(const HeatSystem& system);
+  void step_in_enthalpy(std::span<const double> T, std::span<double> dT);
+
   const HeatSystem& system_;
   Newton newton_;
   double t_ = 0, gamma_dt_ = 0, rate_bound_ = 0;
   std::span<const double> known_;
-  std::vector<double> F_, tolerance_;
+  std::vector<double> F_, tolerance_, E_, C_, T_new_;
+  std::exception_ptr reason_;
 };
 
 /// A marcher whose steps are made of such stages.
@@ -54,7 +64,7 @@ class ImplicitMarcher : public Marcher {
             const std::vector<Weighted>& rates);
   /// Tolerance of the stages of fixed steps, K.
   double tight_tolerance(const HeatSystem& system, const State& state) const;
-  [[noreturn]] static void fail(double t, double dt);
+  [[noreturn]] void fail(double t, double dt) const;
 
   std::unique_ptr<StageSolver> solver_;
   std::vector<double> T_;

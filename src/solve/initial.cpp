@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <optional>
 #include <unordered_map>
 
 #include "base/csv.hpp"
@@ -53,21 +52,15 @@ class PointFinder {
 /// Temperatures from the rows of a file: every rank reads it through and keeps what belongs to its points. Rows are
 /// matched by the coordinates if the file has them, otherwise by id.
 std::vector<double> from_file(const std::string& path, const Cloud& cloud, const Table& table, const std::string& key) {
-  std::optional<CsvReader> csv;
-  try {
-    csv.emplace(path);
-  } catch (const Error& e) {
-    if (e.fault() != Fault::file) throw;
-    throw Error(Fault::file, table.place(key), fmt::format("the file \"{}\" {}", path, e.problem()), e.cure());
-  }
-  const int T_column = csv->require("T", "K");
-  const bool by_place = csv->find("x") >= 0;
+  CsvReader csv(path, table.place(key));
+  const int T_column = csv.require("T", "K");
+  const bool by_place = csv.find("x") >= 0;
   std::vector<int> columns;
   if (by_place) {
     for (const char* axis : {"x", "y", "z"})
-      if (static_cast<int>(columns.size()) < cloud.dimension) columns.push_back(csv->require(axis, "m"));
+      if (static_cast<int>(columns.size()) < cloud.dimension) columns.push_back(csv.require(axis, "m"));
   } else {
-    columns.push_back(csv->require("id", ""));
+    columns.push_back(csv.require("id", ""));
   }
 
   const PointFinder finder(cloud);
@@ -76,17 +69,17 @@ std::vector<double> from_file(const std::string& path, const Cloud& cloud, const
 
   std::vector<double> T(cloud.owned);
   std::vector<char> found(cloud.owned);
-  while (csv->next()) {
+  while (csv.next()) {
     int i = -1;
     if (by_place) {
       Vec3 at;
-      for (std::size_t axis = 0; axis < columns.size(); ++axis) at[static_cast<int>(axis)] = csv->number(columns[axis]);
+      for (std::size_t axis = 0; axis < columns.size(); ++axis) at[static_cast<int>(axis)] = csv.number(columns[axis]);
       i = finder.find(at);
     } else {
-      const auto point = of_id.find(csv->integer(columns[0]));
+      const auto point = of_id.find(csv.integer(columns[0]));
       if (point != of_id.end()) i = point->second;
     }
-    const double value = csv->number(T_column);
+    const double value = csv.number(T_column);
     if (i >= 0) T[i] = value, found[i] = 1;
   }
   const auto missing = std::ranges::find(found, 0);

@@ -86,6 +86,11 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
       time.refuse(key, fmt::format("a {} of {} is not positive", key, time.number(key)), "give a positive one");
     (key == std::string("step") ? options.step : options.tolerance) = time.number(key);
   }
+  const double longest = system.longest_step(0, time.number("end"));
+  if (options.step && *options.step > longest * (1 + 1e-9) && rank_of(system.cloud().comm) == 0)
+    spdlog::warn("{}: a step of {:.3g} s does not resolve the moving source: 0.3 of its sigma take {:.3g} s",
+                 time.place("step").text(), *options.step, longest);
+  if (!options.step && !kind.is_adaptive && longest < time.number("end")) options.step = longest;
   if (!options.step && !kind.is_adaptive)
     time.refuse("integrator", fmt::format("{} takes fixed steps, and no step is given", kind.name),
                 "add step = \"0.1 s\", or take integrator = \"tr-bdf2\", which chooses its own");
@@ -110,7 +115,8 @@ void declare_time(Schema& schema) {
             "automatic: euler for correction = \"paper\", tr-bdf2 for lines and very stiff problems, otherwise rkl2.",
             names},
            {"step", Kind::quantity, "s", optional,
-            "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error."},
+            "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "
+            "integrator steps over more than 0.3 sigma of a moving source."},
            {"tolerance", Kind::difference, "K", optional,
             "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
             "temperatures."},

@@ -93,6 +93,7 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
     const Conductivity k = parts.conductivity(t, T, exact ? Parts::For::jacobian : Parts::For::bound);
     ScaledEntries free_rows(cloud, parts.role, Role::free, prescribed_is_known, -rate_factor, J);
     parts.sites->add_jacobian(k, T, free_rows);
+    if (parts.images) parts.images->add_jacobian(t, k, T, free_rows);
     parts.add_exchange_derivative(t, T, exchange);
     if (parts.walls) {
       ScaledEntries wall_rows(cloud, parts.role, Role::wall, prescribed_is_known, -rate_factor, J);
@@ -160,7 +161,7 @@ bool HeatSystem::jacobian_is_constant() const {
   const Parts& parts = *parts_;
   const MaterialField& material = parts.material;
   return !material.conductivity_depends_on_T() && !material.conductivity_depends_on_time() &&
-         !material.capacity_depends_on_T() &&
+         !material.capacity_depends_on_T() && parts.sites->breaks().empty() &&
          std::ranges::all_of(parts.conditions.fluxes,
                              [](const SurfaceTerm& term) {
                                return !term.flux->depends_on_temperature() ||
@@ -183,7 +184,9 @@ double HeatSystem::rate_bound(double t, std::span<double> T) const {
   std::vector<double> bound(cloud.owned), exchange(cloud.owned), C(cloud.owned);
   capacity(T, C);
   together(cloud.comm, [&] {
-    parts.sites->add_row_bound(parts.conductivity(t, T, Parts::For::bound), bound);
+    const Conductivity k = parts.conductivity(t, T, Parts::For::bound);
+    parts.sites->add_row_bound(k, bound);
+    if (parts.images) parts.images->add_row_bound(k, bound);
     parts.add_exchange_derivative(t, T, exchange);
   });
   double largest = 0;

@@ -71,6 +71,9 @@ class EqualSteps {
   double step_;
 };
 
+/// Adaptive steps shorter than this part of Euler's limit are taken whatever their error: nothing changes faster.
+constexpr double least_part_of_euler = 1e-3;
+
 /// Lengths of adaptive steps for a method whose step error grows like dt^3.
 class StepControl {
  public:

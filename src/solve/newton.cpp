@@ -39,6 +39,11 @@ Newton::Newton(const HeatSystem& system, Equations equations, bool steady)
   SNESLineSearch search;
   SNESGetLineSearch(snes_, &search);
   SNESLineSearchSetType(search, SNESLINESEARCHBT);
+  if (equations_.bend) {
+    // A bent step need not make the residual smaller at once.
+    SNESLineSearchSetType(search, SNESLINESEARCHBASIC);
+    SNESLineSearchSetPreCheck(search, bend, this);
+  }
   choose_linear_solver(steady);
   SNESSetFromOptions(snes_);
 }
@@ -54,8 +59,10 @@ Newton::~Newton() {
 void Newton::choose_linear_solver(bool steady) {
   const Cloud& cloud = system_.cloud();
   const bool symmetric = system_.jacobian_is_symmetric(), alone = size_of(cloud.comm) == 1;
+  // Stencils that are not symmetric (MLPG) are wide: factors fill in soon, and coarse levels are no help.
+  const bool wide = cloud.dimension == 3 && !system_.sites().symmetric(system_.material().mean(), false);
   // A factorisation fills in little for lines and planes, and is the most robust; bodies soon outgrow it.
-  const std::int64_t most_rows_for_direct = cloud.dimension < 3 && alone ? 100'000 : 20'000;
+  const std::int64_t most_rows_for_direct = wide ? 2'000 : cloud.dimension < 3 && alone ? 100'000 : 20'000;
   KSP solver;
   PC preconditioner;
   SNESGetKSP(snes_, &solver);
@@ -68,7 +75,7 @@ void Newton::choose_linear_solver(bool steady) {
   }
   KSPSetType(solver, symmetric ? KSPCG : KSPBCGS);
   KSPSetTolerances(solver, 1e-9, 1e-300, PETSC_DEFAULT, 10'000);
-  if (steady) {
+  if (steady && !wide) {
     PCSetType(preconditioner, PCGAMG);
   } else {
     PCSetType(preconditioner, PCBJACOBI);  // with ICC or ILU inside, of the rows of each rank
@@ -79,6 +86,7 @@ void Newton::choose_linear_solver(bool steady) {
 Newton::Result Newton::solve(std::span<double> T, std::span<const double> tolerance, int most_iterations) {
   tolerance_ = tolerance;
   error_ = nullptr;
+  starts_ = true, fails_at_start_ = false;
   last_residual_ = std::numeric_limits<double>::infinity();
   std::ranges::copy(T, T_.begin());
   copy(T.first(system_.cloud().owned), x_);
@@ -91,10 +99,11 @@ Newton::Result Newton::solve(std::span<double> T, std::span<const double> tolera
   SNESGetLinearSolveIterations(snes_, &linear_iterations);
   result.iterations = static_cast<int>(iterations);
   result.linear_iterations = linear_iterations;
-  if (error_ && iterations == 0) std::rethrow_exception(error_);
+  if (fails_at_start_) std::rethrow_exception(error_);
   result.residual = weighted(R_);
   // At the end of the line search's digits the residual cannot fall further.
   result.converged = result.residual <= 1;
+  if (!result.converged) result.reason = error_;
   copy(x_, T.first(system_.cloud().owned));
   return result;
 }
@@ -131,8 +140,10 @@ PetscErrorCode Newton::residual(SNES, Vec T, Vec R, void* self) {
     newton.equations_.residual(newton.T_, std::span<double>(values, owned));
   } catch (...) {
     newton.error_ = std::current_exception();
+    newton.fails_at_start_ = newton.starts_;
     std::fill_n(values, owned, std::numeric_limits<double>::quiet_NaN());  // the line search then halves the step
   }
+  newton.starts_ = false;
   VecRestoreArray(R, &values);
   return 0;
 }
@@ -148,6 +159,26 @@ PetscErrorCode Newton::jacobian(SNES, Vec T, Mat J, Mat, void* self) {
     return PETSC_ERR_USER;
   }
   newton.jacobian_is_old_ = newton.always_renew_;
+  return 0;
+}
+
+PetscErrorCode Newton::bend(SNESLineSearch, Vec T, Vec step, PetscBool* changed, void* self) {
+  auto& newton = *static_cast<Newton*>(self);
+  const int owned = newton.system_.cloud().owned;
+  copy(T, std::span(newton.T_).first(owned));
+  double* values = nullptr;
+  VecGetArray(step, &values);  // PETSc's new iterate is T - step
+  std::span<double> dT(values, owned);
+  for (double& v : dT) v = -v;
+  try {
+    newton.equations_.bend(newton.T_, dT);
+  } catch (...) {
+    newton.error_ = std::current_exception();
+    std::ranges::fill(dT, std::numeric_limits<double>::quiet_NaN());  // the residual will say so
+  }
+  for (double& v : dT) v = -v;
+  VecRestoreArray(step, &values);
+  *changed = PETSC_TRUE;
   return 0;
 }
 

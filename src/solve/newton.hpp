@@ -19,12 +19,15 @@ class Newton {
     std::function<void(std::span<double> T, std::span<double> R)> residual;
     /// dR/dT.
     std::function<void(std::span<double> T, Mat J)> jacobian;
+    /// Bends Newton's step from T, of the owned points: dT in, dT out. May be empty.
+    std::function<void(std::span<const double> T, std::span<double> dT)> bend = {};
   };
   struct Result {
     bool converged = false;
     int iterations = 0;
     long linear_iterations = 0;
-    double residual = 0;  ///< largest |R_i| / tolerance_i
+    double residual = 0;             ///< largest |R_i| / tolerance_i
+    std::exception_ptr reason = {};  ///< of no convergence: the last error of the equations, if any
   };
 
   /// `steady` equations are worse conditioned than the stages of a time step. Collective.
@@ -48,6 +51,7 @@ class Newton {
  private:
   static PetscErrorCode residual(SNES snes, Vec T, Vec R, void* self);
   static PetscErrorCode jacobian(SNES snes, Vec T, Mat J, Mat P, void* self);
+  static PetscErrorCode bend(SNESLineSearch search, Vec T, Vec step, PetscBool* changed, void* self);
   static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal T_norm, PetscReal step_norm,
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   void choose_linear_solver(bool steady);
@@ -58,6 +62,7 @@ class Newton {
   std::vector<double> T_;  ///< local points
   std::span<const double> tolerance_;
   double last_residual_ = 0;
+  bool starts_ = true, fails_at_start_ = false;
   bool jacobian_is_old_ = true, always_renew_ = true;
   std::exception_ptr error_;
   Mat J_ = nullptr;

@@ -63,14 +63,16 @@ class Rkl2 final : public Marcher {
     }
 
     double limit = euler_limit();
+    const double longest = system.longest_step(stretch.begin(), stretch.end());
     if (fresh || !control_.has_proposal()) control_.restart(std::min(limit, stretch.end() - state.t));
     while (state.t < stretch.end()) {
-      const double dt = control_.next(state.t, stretch.end(), longest_step(most_stages, limit));
+      const double dt = control_.next(state.t, stretch.end(), std::min(longest, longest_step(most_stages, limit)));
       const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
       const int stages = stages_for(dt, limit);
       advance_stages(system, state, stretch, dt, stages);
       evaluate(system, stretch.data_time(t_new), T_, F_, power_);
-      if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state), limit)) {
+      if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state),
+                          least_part_of_euler * limit)) {
         ++counts.rejected;
         continue;
       }

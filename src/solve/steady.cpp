@@ -39,10 +39,6 @@ double round_off(const HeatSystem& system, std::span<double> T) {
 
 SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state) {
   const Table steady = c.section("steady");
-  if (!system.level_is_fixed())
-    c.root().refuse(
-        "steady", "nothing fixes the level of a steady temperature",
-        "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]");
   const double relative = steady.number("tolerance");
   if (!(relative > 0))
     steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
@@ -66,6 +62,7 @@ SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state)
     const auto result = newton.solve(state.T, tolerance, most_iterations);
     report.newton_iterations += result.iterations;
     report.linear_iterations += result.linear_iterations;
+    if (!result.converged && result.reason) std::rethrow_exception(result.reason);
     if (!result.converged)
       throw Error(
           Fault::numbers,

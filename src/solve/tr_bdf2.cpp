@@ -46,9 +46,10 @@ class TrBdf2 final : public ImplicitMarcher {
     const double bound = system.rate_bound(stretch.data_time(state.t), state.T);
     const double euler_limit = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
     if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit, stretch.end() - state.t));
+    const double longest = system.longest_step(stretch.begin(), stretch.end());
     evaluate(system, stretch.data_time(state.t), state.T, rate0_);
     while (state.t < stretch.end()) {
-      const double dt = control_.next(state.t, stretch.end(), std::numeric_limits<double>::infinity());
+      const double dt = control_.next(state.t, stretch.end(), longest);
       const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
       const double allowed = tolerance(system, state);
       if (!stages(system, state, stretch, dt, t_new, part_for_newton * allowed)) {
@@ -57,7 +58,7 @@ class TrBdf2 final : public ImplicitMarcher {
         ++counts.rejected;
         continue;
       }
-      if (!control_.judge(dt, error(system, dt) / allowed, euler_limit)) {
+      if (!control_.judge(dt, error(system, dt) / allowed, least_part_of_euler * euler_limit)) {
         ++counts.rejected;
         continue;
       }

@@ -10,7 +10,8 @@ namespace {
 
 /// For every patch of the term its part of the area that its point has on the same face.
 std::vector<double> shares_of_faces(const Cloud& cloud, const SurfaceTerm& term) {
-  std::vector<double> share(term.point.size(), 1);
+  std::vector<double> share(term.point.size(), term.is_plate ? 0 : 1);
+  if (term.is_plate) return share;  // what goes through the cell of a wall point, which holds no heat, is left out
   std::vector<char> used(cloud.patches.size());
   for (std::size_t p = 0; p < term.point.size(); ++p) {
     const auto patches = std::ranges::equal_range(cloud.patches, term.point[p], {}, &Patch::point);

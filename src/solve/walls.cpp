@@ -11,6 +11,7 @@ void HeatSystem::prescribed_temperatures(double t, std::span<double> T) const {
   std::vector<double> value;
   for (int i : parts_->prescribed) T[i] = 0;
   for (const PrescribedTerm& term : parts_->conditions.temperatures) {
+    if (term.point.empty()) continue;  // held by mirror images
     value.resize(term.x.size());
     term.temperature.evaluate({.x = term.x, .t = t}, value);
     for (std::size_t n = 0; n < value.size(); ++n) T[term.point[n]] += term.share[n] * value[n];

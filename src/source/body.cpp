@@ -3,6 +3,7 @@
 
 #include "base/point_function.hpp"
 #include "source/kinds.hpp"
+#include "source/path.hpp"
 
 namespace calor {
 namespace {
@@ -42,6 +43,7 @@ const SourceKind body_source = {
                                 "Power per volume, of place, time and temperature; > 0 heats."}}});
         },
     .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
+      refuse_path(table);
       return std::make_unique<BodySource>(name, table.function("power_density"), cloud);
     }};
 

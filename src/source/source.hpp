@@ -1,6 +1,8 @@
 #pragma once
 // Heat sources inside the body. A new kind is a new file and a line in sources.cpp.
+#include <limits>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,12 +18,22 @@ class Source {
  public:
   explicit Source(std::string name) : name(std::move(name)) {}
   virtual ~Source() = default;
+  /// What needs all ranks, at time t: called before add_power. Collective.
+  virtual void prepare(double /*t*/) {}
   /// P[i] += power into owned point i at time t, W. `T`: owned points.
   virtual void add_power(double t, std::span<const double> T, std::span<double> P) const = 0;
   /// dP_i/dT_i, W/K, added; sources without dependence add nothing.
   virtual void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const = 0;
   virtual bool depends_on_temperature() const = 0;
   virtual std::vector<double> breaks() const = 0;
+  /// Power that the case asks for at time t, W, and its integral from 0, J; nothing where what goes in is by itself
+  /// what was asked for.
+  virtual std::optional<double> asked(double /*t*/) const { return {}; }
+  virtual std::optional<double> energy_asked(double /*t*/) const { return {}; }
+  /// Longest time step that resolves the motion of the source between two times, s.
+  virtual double longest_step(double /*begin*/, double /*end*/) const {
+    return std::numeric_limits<double>::infinity();
+  }
 
   const std::string name;  ///< its account in energy.csv
 };

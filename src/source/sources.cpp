@@ -5,12 +5,13 @@
 
 #include "base/parallel.hpp"
 #include "source/kinds.hpp"
+#include "source/path.hpp"
 
 namespace calor {
 namespace {
 
 const std::vector<SourceKind>& kinds() {
-  static const std::vector<SourceKind> all = {body_source};
+  static const std::vector<SourceKind> all = {body_source, line_source, column_source, surface_source, goldak_source};
   return all;
 }
 
@@ -21,11 +22,14 @@ std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cl
   for (const auto& [name, table] : c.section("source").children()) {
     const auto& t = table;
     const auto given = [&](const SourceKind& kind) { return t.has(kind.key); };
-    if (std::ranges::count_if(kinds(), given) != 1) {
+    if (const auto count = std::ranges::count_if(kinds(), given); count != 1) {
       std::vector<std::string> keys;
-      for (const auto& kind : kinds()) keys.push_back(kind.key);
-      table.refuse("", fmt::format("[{}] does not say how much heat it gives", table.path()),
-                   fmt::format("add one of: {}", fmt::join(keys, ", ")));
+      for (const auto& kind : kinds())
+        if (count == 0 || given(kind)) keys.push_back(kind.key);
+      table.refuse(count > 1 ? keys.back() : "",
+                   fmt::format("[{}] {}", table.path(),
+                               count > 1 ? "is more than one kind of source" : "does not say how much heat it gives"),
+                   fmt::format("{} one of: {}", count > 1 ? "keep" : "add", fmt::join(keys, ", ")));
     }
     const SourceKind& kind = *std::ranges::find_if(kinds(), given);
     std::unique_ptr<Source> source;
@@ -40,6 +44,7 @@ std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cl
 
 void declare_sources(Schema& schema) {
   for (const auto& kind : kinds()) kind.declare(schema);
+  declare_paths(schema);
 }
 
 }  // namespace calor

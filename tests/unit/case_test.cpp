@@ -387,7 +387,7 @@ TEST(CaseFunction, IsATableOfTime) {
 
 TEST(CaseFunction, OfATemperatureIsATableOfTimeUnlessSaid) {
   const Case c = with(
-      "[boundary.a.convection]\nh = { table = [[300, 1], [400, 2]], unit = \"W/(m^2 K)\" }\n"
+      "[boundary.a.convection]\nh = { table = [[300, 1], [400, 2]], unit = \"W/(m^2 K)\", of = \"temperature\" }\n"
       "ambient = { table = [[0, 20], [10, 30]], unit = \"degC\" }\n");
   const Table convection = c.section("boundary").sub("a").sub("convection");
   EXPECT_TRUE(convection.function("h").depends_on_temperature());
@@ -565,7 +565,8 @@ TEST(BadFunction, HasAnUnknownKey) {
   EXPECT_TRUE(begins(message_of("{ formula = \"x\", table = [] }"),
                      "folder/a.toml:4:33: 'table' is not a key of conductivity = { formula = ... }: "));
   EXPECT_TRUE(begins(message_of("{ fromula = \"x\" }"),
-                     "folder/a.toml:4:16: 'conductivity' is a table without formula, table, file or layers: wr"));
+                     "folder/a.toml:4:16: 'conductivity' is a table without formula, table, file, layers, power, "
+                     "exponential or hump: wr"));
 }
 
 TEST(BadFunction, IsATableThatIsNone) {

@@ -186,7 +186,8 @@ TEST(Correction, RefusesATrussThatCannotStand) {
   }
   CorrectionReport report;
   try {
-    consistent_weights(cloud, line, std::vector<double>(line.column.size(), 1.0), {}, report);
+    consistent_weights(
+        cloud, line, [&] { return std::vector<double>(line.column.size(), 1.0); }, {}, report);
     FAIL() << "accepted";
   } catch (const Error& error) {
     EXPECT_EQ(error.fault(), Fault::numbers);

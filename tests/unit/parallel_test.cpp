@@ -53,6 +53,7 @@ TEST(ParallelSums, KeepSmallNumbersBesideLargeOnesThatCancel) {
 TEST(ParallelSums, OfNothingAndOfZerosAreZero) {
   EXPECT_EQ(sum(MPI_COMM_SELF, {}), 0);
   EXPECT_EQ(sum(MPI_COMM_SELF, std::vector<double>(5000, 0.0)), 0);
+  EXPECT_TRUE(sums(MPI_COMM_SELF, {}, 0).empty());
 }
 
 TEST(ParallelSums, OfTheSmallestAndOfLargeNumbersAreExact) {

@@ -1,0 +1,194 @@
+#include "cloud/cell_samples.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "cloud/lattice.hpp"
+
+namespace calor {
+namespace {
+
+/// Samples along a spacing.
+int per_spacing(int dimension) { return dimension == 3 ? 4 : 8; }
+/// Cells narrower than the spacing tells are sampled more finely until this many samples lie in them.
+constexpr std::size_t least_samples = 8;
+constexpr int most_refinements = 3;
+/// No part of a cell is taken to be farther from its point than this many spacings.
+constexpr double farthest = 1.25;
+
+double mean(const std::vector<double>& v) {
+  double sum = 0;
+  for (double a : v) sum += a;
+  return v.empty() ? 1 : sum / static_cast<double>(v.size());
+}
+
+/// A plane of the surface near a point.
+struct Plane {
+  Vec3 through, normal;
+  bool has_outside(const Vec3& x, double margin = 0) const { return dot(x - through, normal) > margin; }
+};
+
+/// The surface at one of its points. Where the body reaches beyond a plane, as at re-entrant edges, only what lies
+/// beyond all such planes is outside.
+struct Surface {
+  std::vector<Plane> planes, reentrant;
+  bool has_outside(const Vec3& x) const {
+    const auto beyond = [&](const Plane& p) { return p.has_outside(x); };
+    return std::ranges::any_of(planes, beyond) || (!reentrant.empty() && std::ranges::all_of(reentrant, beyond));
+  }
+};
+
+}  // namespace
+
+struct CellSampler::Near {
+  Vec3 x;
+  double square;  ///< squared distance to the point whose cell it is
+  std::int64_t id;
+  Vec3 area;
+};
+
+CellSampler::CellSampler(const Cloud& cloud)
+    : cloud_(cloud), cells_(cloud.x, mean(cloud.spacing)), order_(order_by_cells(cells_, cloud.x)) {
+  for (const Patch& patch : cloud.patches) {
+    while (static_cast<int>(patches_of_.size()) <= patch.point)
+      patches_of_.push_back(static_cast<std::int32_t>(&patch - cloud.patches.data()));
+  }
+  patches_of_.resize(cloud.owned + 1, static_cast<std::int32_t>(cloud.patches.size()));
+}
+
+CellSamples CellSampler::all() const {
+  CellSamples out;
+  for (int i = 0; i < cloud_.owned; ++i) add(i, out);
+  return out;
+}
+
+void CellSampler::near(const Vec3& centre, double radius, CellSamples& out) const {
+  out.x.clear(), out.weight.clear(), out.row.assign(1, 0);
+  std::vector<std::int32_t> points;
+  visit_within(centre, radius, [&](int i) {
+    if (i < cloud_.owned) points.push_back(i);
+  });
+  std::ranges::sort(points);
+  out.point.clear();
+  for (int i : points) add(i, out);
+}
+
+template <class Visit>
+void CellSampler::visit_within(const Vec3& centre, double radius, const Visit& visit) const {
+  std::array<std::int64_t, 3> low, high;
+  for (int a = 0; a < 3; ++a)
+    low[a] = cells_.index(a, centre[a] - radius), high[a] = cells_.index(a, centre[a] + radius);
+  for (std::int64_t z = low[2]; z <= high[2]; ++z) {
+    for (std::int64_t y = low[1]; y <= high[1]; ++y) {
+      const std::int64_t row = cells_.along(0) * (y + cells_.along(1) * z);
+      for (std::int32_t n = order_.start[row + low[0]]; n < order_.start[row + high[0] + 1]; ++n) {
+        const int i = order_.order[n];
+        if (const Vec3 r = cloud_.x[i] - centre; dot(r, r) <= radius * radius) visit(i);
+      }
+    }
+  }
+}
+
+void CellSampler::add(int i, CellSamples& out) const {
+  out.point.push_back(i);
+  if (cloud_.lattice) {
+    add_boxes(i, out);
+  } else {
+    add_nearest(i, out);
+  }
+  const std::int64_t begin = out.row.back(), count = static_cast<std::int64_t>(out.x.size()) - begin;
+  out.weight.resize(out.x.size(), cloud_.volume[i] / static_cast<double>(count));
+  out.row.push_back(begin + count);
+}
+
+void CellSampler::add_boxes(int i, CellSamples& out) const {
+  const Lattice& lattice = *cloud_.lattice;
+  const LatticeIndex index = lattice.index(cloud_.id[i]);
+  std::array<int, 3> n = {1, 1, 1};
+  Vec3 low, step;
+  for (int a = 0; a < cloud_.dimension; ++a) {
+    const auto [begin, end] = lattice.cell(a, index[a]);
+    const bool half = lattice.box().on_walls && (lattice.lowest(index, a) || lattice.highest(index, a));
+    n[a] = per_spacing(cloud_.dimension) / (half ? 2 : 1);
+    low[a] = begin, step[a] = (end - begin) / n[a];
+  }
+  for (int z = 0; z < n[2]; ++z)
+    for (int y = 0; y < n[1]; ++y)
+      for (int x = 0; x < n[0]; ++x)
+        out.x.push_back(low + Vec3{(x + 0.5) * step.x, (y + 0.5) * step.y, (z + 0.5) * step.z});
+}
+
+/// Nearest first, so that most places outside the cell are told by the first few.
+std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
+  std::vector<Near> near;
+  const Vec3& x = cloud_.x[i];
+  const double d = cloud_.spacing[i];
+  visit_within(x, std::min(2 * farthest * d, cloud_.halo_width), [&](int j) {
+    const double square = dot(cloud_.x[j] - x, cloud_.x[j] - x);
+    const double limit = cloud_.halo_support.radius(0.5 * (d + cloud_.spacing[j]));
+    if (j != i && square <= limit * limit) near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j]});
+  });
+  std::ranges::sort(
+      near, [](const Near& a, const Near& b) { return a.square < b.square || (a.square == b.square && a.id < b.id); });
+  return near;
+}
+
+void CellSampler::add_nearest(int i, CellSamples& out) const {
+  const int D = cloud_.dimension;
+  const Vec3& x = cloud_.x[i];
+  const double d = cloud_.spacing[i];
+  const std::vector<Near> near = rivals(i);
+
+  Surface own;
+  for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
+    const Patch& patch = cloud_.patches[n];
+    // Off the walls, the wall lies half a cell away.
+    const double away = cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[i] / patch.area;
+    const Plane plane{x + away * patch.normal, patch.normal};
+    const bool reentrant = std::ranges::any_of(
+        near, [&](const Near& j) { return j.square < 4 * d * d && plane.has_outside(j.x, 0.25 * d); });
+    (reentrant ? own.reentrant : own.planes).push_back(plane);
+  }
+  const bool on_wall = patches_of_[i] < patches_of_[i + 1];
+  // The cell of a point near a wall may stick out between the points of the wall.
+  const auto beyond_near_wall = [&](const Vec3& p) {
+    const Near* wall = nullptr;
+    double square = 0;
+    for (const Near& j : near) {
+      if (j.area == Vec3{}) continue;
+      const double s = dot(j.x - p, j.x - p);
+      if (!wall || s < square) wall = &j, square = s;
+    }
+    return wall && Plane{wall->x, wall->area}.has_outside(p);
+  };
+  const bool near_wall = cloud_.points_on_walls && !on_wall &&
+                         std::ranges::any_of(near, [](const Near& j) { return !(j.area == Vec3{}); });
+
+  const std::size_t begin = out.x.size();
+  for (int level = 0, n = per_spacing(D); level < most_refinements && out.x.size() - begin < least_samples;
+       ++level, n *= 2) {
+    out.x.resize(begin);
+    const int half = static_cast<int>(std::ceil(farthest * n));  // sub-cells on either side of the point
+    std::int64_t place = 0;
+    for (int sz = D > 2 ? -half : 0; sz < (D > 2 ? half : 1); ++sz) {
+      for (int sy = D > 1 ? -half : 0; sy < (D > 1 ? half : 1); ++sy) {
+        for (int sx = -half; sx < half; ++sx, ++place) {
+          const Vec3 u = hashed_uniform(level, (static_cast<std::uint64_t>(cloud_.id[i]) << 24) + place);
+          Vec3 p = x;
+          const std::array<int, 3> sub = {sx, sy, sz};
+          for (int a = 0; a < D; ++a) p[a] += (sub[a] + u[a]) * d / n;
+          const double square = dot(p - x, p - x);
+          if (square > farthest * farthest * d * d) continue;
+          bool nearest = true;
+          for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
+            nearest = dot(p - j->x, p - j->x) >= square;
+          if (nearest && !own.has_outside(p) && !(near_wall && beyond_near_wall(p))) out.x.push_back(p);
+        }
+      }
+    }
+  }
+  if (out.x.size() == begin) out.x.push_back(x);
+}
+
+}  // namespace calor

@@ -1,0 +1,52 @@
+#pragma once
+// Places spread over the cells of the points, with weights: integrals over cells, for sources as cell means and for
+// capacities.
+#include <cstdint>
+#include <vector>
+
+#include "cloud/cells.hpp"
+#include "cloud/cloud.hpp"
+
+namespace calor {
+
+/// Samples of some owned points, in compressed rows: those of point[k] are row[k] .. row[k+1]. Their weights are m^3
+/// of the real body and add up to the volume of the point; the integral of f over its cell is sum weight f(x).
+struct CellSamples {
+  std::vector<std::int32_t> point;  ///< local indices, ascending
+  std::vector<std::int64_t> row = {0};
+  std::vector<Vec3> x;
+  std::vector<double> weight;
+};
+
+/// Makes the samples of a cloud's cells. On an unjittered lattice they are the middles of equal boxes that fill the
+/// cell (8 along a whole cell, 4 in 3D); on other clouds one random place in each of as many sub-cells per spacing
+/// around the point, kept where no other point is nearer and no wall between: the cell is that of the nearest point.
+/// Random because a regular sampling beats with nearly regular clouds. The samples of a point follow from the cloud
+/// alone; they do not depend on the number of ranks, nor on which other points are asked for. The cloud must stay in
+/// place.
+class CellSampler {
+ public:
+  explicit CellSampler(const Cloud& cloud);
+
+  /// Of all owned points.
+  CellSamples all() const;
+  /// Of the owned points within `radius` (m) of a place; replaces what `out` held and reuses its memory.
+  void near(const Vec3& centre, double radius, CellSamples& out) const;
+
+ private:
+  struct Near;  // a point that may be nearer to a sample
+
+  void add(int i, CellSamples& out) const;
+  void add_boxes(int i, CellSamples& out) const;
+  void add_nearest(int i, CellSamples& out) const;
+  std::vector<Near> rivals(int i) const;
+  template <class Visit>
+  void visit_within(const Vec3& centre, double radius, const Visit& visit) const;
+
+  const Cloud& cloud_;
+  Cells cells_;
+  CellOrder order_;
+  std::vector<std::int32_t> patches_of_;  ///< first patch of every owned point, and the end
+};
+
+}  // namespace calor

@@ -1,0 +1,300 @@
+#include "cloud/cracks.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+Vec3 unit(const Vec3& a) { return (1 / norm(a)) * a; }
+
+/// Distance of x from the segment a b.
+double distance(const Vec3& x, const Vec3& a, const Vec3& b) {
+  const Vec3 ab = b - a;
+  const double square = dot(ab, ab), s = square > 0 ? std::clamp(dot(x - a, ab) / square, 0.0, 1.0) : 0;
+  return norm(x - a - s * ab);
+}
+
+/// Is x, a point of its plane, inside the polygon? By the angle that the polygon takes as seen from x.
+bool inside(const std::vector<Vec3>& polygon, const Vec3& normal, const Vec3& x) {
+  double angle = 0;
+  for (std::size_t k = 0; k < polygon.size(); ++k) {
+    const Vec3 a = polygon[k] - x, b = polygon[(k + 1) % polygon.size()] - x;
+    angle += std::atan2(dot(cross(a, b), normal), dot(a, b));
+  }
+  return std::abs(angle) > 3;
+}
+
+/// Newell's formula: twice the area times the normal.
+Vec3 area_vector(const std::vector<Vec3>& polygon) {
+  Vec3 sum;
+  for (std::size_t k = 0; k < polygon.size(); ++k)
+    sum += cross(polygon[k] - polygon[0], polygon[(k + 1) % polygon.size()] - polygon[0]);
+  return sum;
+}
+
+}  // namespace
+
+Cracks::Cracks(const Cloud& cloud, std::vector<Crack> cracks)
+    : cloud_(cloud), cracks_(std::move(cracks)), place_(cloud.x) {
+  for (const Crack& crack : cracks_) {
+    std::vector<CrackPiece>& pieces = pieces_.emplace_back();
+    const auto& v = crack.vertices;
+    if (cloud.dimension == 3) {
+      pieces.push_back({.corners = v, .extended = v, .normal = unit(area_vector(v)), .tips = {}});
+      continue;
+    }
+    for (std::size_t k = 0; k + 1 < v.size(); ++k) {
+      const Vec3 along = unit(v[k + 1] - v[k]);
+      const std::vector<Vec3> ends = {v[k], v[k + 1]};
+      pieces.push_back({.corners = ends, .extended = ends, .normal = {-along.y, along.x, 0}, .tips = {}});
+    }
+  }
+  reach_out_of_the_body();
+  find_tips();
+  move_points();
+}
+
+/// Where the surface is, as seen from a place near it.
+struct Cracks::Surface {
+  bool reached;  ///< the place lies on it (nearer than a tenth of a spacing) or beyond
+  Vec3 normal;
+  double spacing;
+};
+
+Cracks::Surface Cracks::surface_at(const Vec3& place) const {
+  double nearest = std::numeric_limits<double>::infinity();
+  int wall = -1;
+  for (int i = 0; i < cloud_.owned; ++i) {
+    if (cloud_.area[i] == Vec3{}) continue;
+    if (const double r = norm(cloud_.x[i] - place); r < nearest) nearest = r, wall = i;
+  }
+  const double everywhere = min(cloud_.comm, nearest);
+  std::vector<double> found;  // of the ranks that have the nearest point
+  if (wall >= 0 && nearest == everywhere) {
+    const Vec3 n = unit(cloud_.area[wall]);
+    found = {n.x, n.y, n.z, cloud_.spacing[wall], dot(place - cloud_.x[wall], n), 1};
+  }
+  const std::vector<double> s = sums(cloud_.comm, found, 6);
+  const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3], beyond = share * s[4];
+  return {.reached = s[5] > 0 && (everywhere < 3 * spacing || beyond > 0) && beyond > -0.1 * spacing,
+          .normal = share * Vec3{s[0], s[1], s[2]},
+          .spacing = spacing};
+}
+
+void Cracks::reach_out_of_the_body() {
+  for (std::vector<CrackPiece>& pieces : pieces_) {
+    for (CrackPiece& piece : pieces) {
+      for (std::size_t k = 0; k < piece.corners.size(); ++k) {
+        const Surface surface = surface_at(piece.corners[k]);
+        if (!surface.reached) continue;
+        // Along the piece, which stays in its plane.
+        const Vec3 out = surface.normal - dot(surface.normal, piece.normal) * piece.normal;
+        if (norm(out) > 0.1) piece.extended[k] += 3 * surface.spacing * unit(out);
+      }
+    }
+  }
+}
+
+void Cracks::find_tips() {
+  double size = 0;
+  for (const Crack& crack : cracks_)
+    for (const Vec3& v : crack.vertices) size = std::max(size, norm(v - crack.vertices[0]));
+  const double close = 1e-9 * size;
+  // An end is none where another piece goes on, nor on the surface.
+  const auto goes_on = [&](const CrackPiece& of, const Vec3& a, const Vec3& b) {
+    for (const auto& pieces : pieces_) {
+      for (const CrackPiece& other : pieces) {
+        if (&other == &of) continue;
+        const std::size_t n = other.corners.size();
+        for (std::size_t k = 0; k < n; ++k) {
+          const Vec3 &c = other.corners[k], &d = other.corners[(k + 1) % n];
+          if (distance(a, c, d) <= close && distance(b, c, d) <= close) return true;
+        }
+      }
+    }
+    return false;
+  };
+  for (auto& pieces : pieces_) {
+    for (CrackPiece& piece : pieces) {
+      const std::size_t n = piece.corners.size();
+      for (std::size_t k = 0; k < n; ++k) {
+        const std::size_t next = cloud_.dimension == 3 ? (k + 1) % n : k;
+        const Vec3 &a = piece.corners[k], &b = piece.corners[next];
+        if (goes_on(piece, a, b) || surface_at(0.5 * (a + b)).reached) continue;
+        piece.tips.push_back({piece.extended[k], piece.extended[next]});
+      }
+    }
+  }
+}
+
+bool Cracks::is_full_cut(int crack) const {
+  return std::ranges::all_of(pieces_[crack], [](const CrackPiece& p) { return p.tips.empty(); });
+}
+
+double Cracks::covered(const CrackPiece& piece, const Vec3& a, const Vec3& b, double width) const {
+  const double from = piece.side(a), to = piece.side(b);
+  if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return 0;
+  const Vec3 x = a + (from / (from - to)) * (b - a);
+  bool within;
+  if (cloud_.dimension == 3) {
+    within = inside(piece.extended, piece.normal, x);
+  } else {
+    const Vec3 along = piece.extended[1] - piece.extended[0];
+    const double s = dot(x - piece.extended[0], along) / dot(along, along);
+    within = s > -1e-9 && s < 1 + 1e-9;  // a pair through a corner of a polyline must not slip through
+  }
+  double tip = std::numeric_limits<double>::infinity();
+  for (const CrackPiece::Tip& t : piece.tips) tip = std::min(tip, distance(x, t.a, t.b));
+  return std::clamp(0.5 + (within ? tip : -tip) / width, 0.0, 1.0);
+}
+
+std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
+  std::vector<Crossing> out;
+  for (std::size_t crack = 0; crack < cracks_.size(); ++crack) {
+    for (const CrackPiece& piece : pieces_[crack]) {
+      Vec3 low = piece.extended[0], high = low;
+      for (const Vec3& v : piece.extended)
+        for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], v[a]), high[a] = std::max(high[a], v[a]);
+      for (int i = 0; i < cloud_.owned; ++i) {
+        const auto row = neighbours.of(i);
+        double reach = cloud_.spacing[i];
+        for (std::int32_t j : row) reach = std::max(reach, norm(cloud_.x[j] - cloud_.x[i]));
+        bool far = false;
+        for (int a = 0; a < 3; ++a)
+          far = far || place_[i][a] < low[a] - 2 * reach || place_[i][a] > high[a] + 2 * reach;
+        if (far || std::abs(piece.side(place_[i])) > 1.01 * reach) continue;
+        for (std::size_t n = 0; n < row.size(); ++n) {
+          const int j = row[n];
+          const bool ascending = cloud_.id[i] < cloud_.id[j];  // one answer for both directions
+          const double width = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
+          const double f = covered(piece, place_[ascending ? i : j], place_[ascending ? j : i], width);
+          if (f > 0)
+            out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
+                           .point = i,
+                           .crack = static_cast<int>(crack),
+                           .fraction = f,
+                           .length = std::abs(dot(cloud_.x[j] - cloud_.x[i], piece.normal)),
+                           .upper = piece.side(place_[i]) > 0});
+        }
+      }
+    }
+  }
+  // Of the pieces of one crack, the one that covers the pair most. An even number of them leads back to the same side.
+  std::ranges::sort(out, [](const Crossing& a, const Crossing& b) {
+    return std::tuple(a.entry, a.crack, -a.fraction, a.length) < std::tuple(b.entry, b.crack, -b.fraction, b.length);
+  });
+  std::size_t kept = 0;
+  for (std::size_t n = 0, next; n < out.size(); n = next) {
+    const auto same = [&](const Crossing& x) { return x.entry == out[n].entry && x.crack == out[n].crack; };
+    for (next = n + 1; next < out.size() && same(out[next]); ++next) {
+    }
+    out[n].leads_across = (next - n) % 2 == 1;
+    out[kept++] = out[n];
+  }
+  out.resize(kept);
+  return out;
+}
+
+bool Cracks::sees(const Vec3& a, const Vec3& b) const {
+  constexpr double narrow = 1e-300;  // no face around the segment
+  for (std::size_t crack = 0; crack < cracks_.size(); ++crack) {
+    if (cracks_[crack].fails() || cracks_[crack].contact > 0) continue;
+    for (const CrackPiece& piece : pieces_[crack])
+      if (covered(piece, a, b, narrow) > 0.5) return false;
+  }
+  return true;
+}
+
+void Cracks::move_points() {
+  std::int64_t moved = 0;
+  for (int i = 0; i < cloud_.local(); ++i) {
+    for (const auto& pieces : pieces_) {
+      for (const CrackPiece& piece : pieces) {
+        const double least = 1e-3 * cloud_.spacing[i], s = piece.side(place_[i]);
+        if (!(std::abs(s) < least)) continue;
+        const Vec3 above = place_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
+        if (covered(piece, above, below, cloud_.spacing[i]) == 0) continue;
+        place_[i] += (least - s) * piece.normal;
+        moved += i < cloud_.owned;
+      }
+    }
+  }
+  moved_ = total(cloud_.comm, moved);
+}
+
+bool has_cracks(const Case& c) { return !c.root().list("crack").empty(); }
+
+std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud) {
+  std::vector<Crack> cracks;
+  const int D = cloud.dimension;
+  for (const Table& table : c.root().list("crack")) {
+    if (D == 1) table.refuse("", "a crack in a body of one dimension", "model the body in two dimensions");
+    if (!cloud.points_on_walls)
+      table.refuse("", "a crack in a cloud without points on the walls", "use at = \"walls\" in [cloud]");
+    if (!cloud.has_areas)
+      table.refuse("", "a crack in a cloud without boundary areas",
+                   "give the columns area_x, area_y, area_z of the boundary points in the cloud's file");
+    Crack crack;
+    const std::size_t least = D == 2 ? 2 : 3;
+    for (int a = 0; a < D; ++a) {
+      const std::string key(1, "xyz"[a]);
+      if (!table.has(key))
+        table.refuse("", "a crack without " + key, "give the coordinates of its corners: one list for every axis");
+      const std::vector<double> x = table.numbers(key);
+      if (a == 0) crack.vertices.resize(x.size());
+      if (x.size() != crack.vertices.size())
+        table.refuse(key, fmt::format("{} coordinates for {} corners", x.size(), crack.vertices.size()),
+                     "give every corner one along every axis");
+      if (x.size() < least)
+        table.refuse(key, fmt::format("{} corner{}", x.size(), x.size() == 1 ? "" : "s"),
+                     fmt::format("give at least {}", least));
+      for (std::size_t k = 0; k < x.size(); ++k) crack.vertices[k][a] = x[k];
+    }
+    if (D == 2 && table.has("z")) table.refuse("z", "z in a body of two dimensions", "remove it");
+    for (std::size_t k = 0; k + 1 < crack.vertices.size(); ++k)
+      if (crack.vertices[k] == crack.vertices[k + 1])
+        table.refuse("x", fmt::format("corners {} and {} (from 0) coincide", k, k + 1), "remove one of them");
+    if (D == 3) {
+      const Vec3 area = area_vector(crack.vertices);
+      double size = 0, off = 0;
+      for (const Vec3& v : crack.vertices) size = std::max(size, norm(v - crack.vertices[0]));
+      if (!(norm(area) > 1e-9 * size * size))
+        table.refuse("x", "the corners lie on a line", "give the corners of a polygon");
+      for (const Vec3& v : crack.vertices) off = std::max(off, std::abs(dot(v - crack.vertices[0], unit(area))));
+      if (off > 1e-6 * size)
+        table.refuse("x", fmt::format("the corners are {:.3g} m off a plane", off), "split the crack into triangles");
+    }
+    if (table.has("contact") && !(table.number("contact") >= 0))
+      table.refuse("contact", fmt::format("a contact of {} W/(m^2 K) is negative", table.number("contact")),
+                   "give 0 (no heat crosses) or more");
+    crack.contact = table.number("contact");
+    if (table.has("opens")) {
+      if (c.root().has("steady")) table.refuse("opens", "a crack that opens in a steady case", "remove it");
+      crack.opens = table.number("opens");
+    }
+    cracks.push_back(std::move(crack));
+  }
+  return cracks;
+}
+
+void declare_cracks(Schema& schema) {
+  schema.add({.path = "crack[]",
+              .sentence =
+                  "A crack or an interface inside the body: no heat crosses it, or only against the resistance of a "
+                  "contact. Where it ends on the surface, end it there or beyond.",
+              .keys = {{"x", Kind::quantities, "m", optional,
+                        "Coordinates of its corners along x: of a polyline in 2D, of a plane polygon in 3D."},
+                       {"y", Kind::quantities, "m", optional, "The same along y."},
+                       {"z", Kind::quantities, "m", optional, "The same along z, in 3D."},
+                       {"contact", Kind::quantity, "W/(m^2 K)", "0 W/(m^2 K)",
+                        "Conductance of the contact between its faces; 0: no heat crosses."},
+                       {"opens", Kind::quantity, "s", optional,
+                        "When the crack opens; the body is whole before. From the start if absent."}}});
+}
+
+}  // namespace calor

@@ -1,0 +1,93 @@
+#pragma once
+// Cracks and interfaces: surfaces inside the body that heat does not cross, or only against a contact resistance.
+#include <limits>
+#include <vector>
+
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+
+namespace calor {
+
+/// A crack as it is asked for.
+struct Crack {
+  std::vector<Vec3> vertices;  ///< m; of a polyline in 2D, of a plane polygon in 3D
+  double contact = 0;          ///< conductance of the contact, W/(m^2 K); 0: no heat crosses
+  double opens = 0;            ///< s; the bonds across it fail then. 0: open from the start
+  bool fails() const { return opens > 0; }
+};
+
+/// A plane piece of a crack: a segment of a polyline, or a polygon.
+struct CrackPiece {
+  std::vector<Vec3> corners;   ///< as given
+  std::vector<Vec3> extended;  ///< the same, moved out of the body where they lie on its surface
+  Vec3 normal;                 ///< unit; its upper side is where it points
+  /// Edges where the crack ends inside the body, by their lines; ends of a segment in 2D.
+  struct Tip {
+    Vec3 a, b;  ///< a == b in 2D
+  };
+  std::vector<Tip> tips;
+
+  /// Signed distance of x from the plane, m.
+  double side(const Vec3& x) const { return dot(x - corners[0], normal); }
+};
+
+/// A pair that crosses a crack.
+struct Crossing {
+  std::int64_t entry;  ///< in the neighbour lists
+  int point;           ///< owned point in whose row it is
+  int crack;
+  /// How much of the face that the pair stands for the crack covers: below 1 beside a tip, where the face, a spacing
+  /// wide, reaches beyond it; so that the end of the crack is not rounded to a whole spacing.
+  double fraction;
+  double length;             ///< |x_ji . n|, m
+  bool upper;                ///< the point of the row is on the upper side
+  bool leads_across = true;  ///< false: around a corner, from one side back to it
+};
+
+class Cracks {
+ public:
+  /// Finds tips, ends on the surface and points on cracks. Corners on the surface (nearer than a tenth of a spacing)
+  /// or beyond it are taken to reach out of the body. Collective.
+  Cracks(const Cloud& cloud, std::vector<Crack> cracks);
+
+  const std::vector<Crack>& all() const { return cracks_; }
+  const std::vector<CrackPiece>& pieces(int crack) const { return pieces_[crack]; }
+  /// Does the crack cut right through, without a tip in the body?
+  bool is_full_cut(int crack) const;
+  /// Place of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its upper side.
+  const Vec3& place(int i) const { return place_[i]; }
+  std::int64_t moved() const { return moved_; }  ///< points on cracks, of all ranks
+
+  /// Sorted by entry, then by crack; the same fraction and length for (i, j) and (j, i).
+  std::vector<Crossing> crossings(const Neighbours& neighbours) const;
+  /// Is the segment from a to b free of all cracks that are open from the start and insulate?
+  bool sees(const Vec3& a, const Vec3& b) const;
+
+ private:
+  struct Surface;
+  Surface surface_at(const Vec3& place) const;
+  double covered(const CrackPiece& piece, const Vec3& a, const Vec3& b, double width) const;
+  void find_tips();
+  void reach_out_of_the_body();
+  void move_points();
+
+  const Cloud& cloud_;
+  std::vector<Crack> cracks_;
+  std::vector<std::vector<CrackPiece>> pieces_;
+  std::vector<Vec3> place_;
+  std::int64_t moved_ = 0;
+};
+
+/// How far points must see each other for the areas of cracks, in spacings: make_cloud takes at least this where the
+/// case has cracks.
+constexpr double crack_reach = 6;
+
+/// The [[crack]] entries of a case. Throws Error(bad_case) for cracks that do not suit the cloud.
+std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud);
+bool has_cracks(const Case& c);
+
+void declare_cracks(Schema& schema);
+
+}  // namespace calor

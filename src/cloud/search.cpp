@@ -1,0 +1,100 @@
+#include "cloud/search.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace calor {
+
+Search::Search(const Cloud& cloud, const Support& support)
+    : half_reach_(0.5 * support.over_spacing * (1 - 1e-9)), length_(support.length * (1 - 1e-9)) {
+  const std::size_t n = cloud.x.size();
+  if (n == 0) return;
+  const auto [least, most] = std::ranges::minmax(cloud.spacing);
+  largest_ = most;
+  for (auto* v : {&x_, &y_, &z_, &d_}) v->reserve(n);
+  id_.reserve(n), local_.reserve(n);
+  std::vector<std::vector<std::int32_t>> members(most < 2 * least ? 1 : std::ilogb(most / least) + 1);
+  for (std::size_t i = 0; i < n; ++i) {
+    const std::size_t c = members.size() == 1 ? 0 : std::ilogb(most / cloud.spacing[i]);
+    members[c].push_back(static_cast<std::int32_t>(i));
+  }
+  for (const auto& m : members)
+    if (!m.empty()) add_class(cloud, m);
+}
+
+void Search::add_class(const Cloud& cloud, std::span<const std::int32_t> members) {
+  std::vector<Vec3> x;
+  x.reserve(members.size());
+  double sum = 0, largest = 0;
+  for (std::int32_t i : members) {
+    x.push_back(cloud.x[i]);
+    sum += cloud.spacing[i];
+    largest = std::max(largest, cloud.spacing[i]);
+  }
+  Class c{.largest = largest, .cells = Cells(x, sum / static_cast<double>(x.size())), .start = {}, .rows = {}};
+  CellOrder order = order_by_cells(c.cells, x);
+  const auto before = static_cast<std::int32_t>(local_.size());
+  c.start = std::move(order.start);
+  for (std::int32_t& s : c.start) s += before;
+  c.rows.resize(c.cells.along(1) * c.cells.along(2));
+  for (std::int32_t k : order.order) {
+    const std::int32_t i = members[k];
+    const Vec3& p = cloud.x[i];
+    x_.push_back(p.x), y_.push_back(p.y), z_.push_back(p.z);
+    d_.push_back(cloud.spacing[i]);
+    id_.push_back(cloud.id[i]);
+    local_.push_back(i);
+    RowExtent& row = c.rows[c.cells.index(1, p.y) + c.cells.along(1) * c.cells.index(2, p.z)];
+    row.y_low = std::min(row.y_low, p.y), row.y_high = std::max(row.y_high, p.y);
+    row.z_low = std::min(row.z_low, p.z), row.z_high = std::max(row.z_high, p.z);
+  }
+  classes_.push_back(std::move(c));
+}
+
+std::span<std::int32_t> Search::find(const Vec3& p, double d, std::vector<std::int32_t>& buffer,
+                                     int& coincident) const {
+  Hits hits;
+  for (const Class& c : classes_) search(c, p, d, buffer, hits);
+  coincident = hits.coincident;
+  const auto id = [&](std::int32_t k) { return id_[k]; };
+  const auto found = std::span(buffer).first(hits.count);
+  if (!std::ranges::is_sorted(found, {}, id)) std::ranges::sort(found, {}, id);
+  return found;
+}
+
+void Search::search(const Class& c, const Vec3& p, double d, std::vector<std::int32_t>& buffer, Hits& hits) const {
+  const double reach = half_reach_ * (d + c.largest) + length_;
+  const Cells& cells = c.cells;
+  const std::int64_t x_low = cells.index(0, p.x - reach), x_high = cells.index(0, p.x + reach);
+  const std::int64_t y_low = cells.index(1, p.y - reach), y_high = cells.index(1, p.y + reach);
+  const std::int64_t z_low = cells.index(2, p.z - reach), z_high = cells.index(2, p.z + reach);
+  for (std::int64_t z = z_low; z <= z_high; ++z) {
+    for (std::int64_t y = y_low; y <= y_high; ++y) {
+      const std::int64_t row = y + cells.along(1) * z;
+      const RowExtent& e = c.rows[row];
+      const double gap_y = std::max({0.0, e.y_low - p.y, p.y - e.y_high});
+      const double gap_z = std::max({0.0, e.z_low - p.z, p.z - e.z_high});
+      if (!(gap_y * gap_y + gap_z * gap_z < reach * reach)) continue;
+      const std::int32_t* start = c.start.data() + cells.along(0) * row;
+      const std::size_t most = hits.count + static_cast<std::size_t>(start[x_high + 1] - start[x_low]);
+      if (buffer.size() < most) buffer.resize(2 * most);
+      scan(start[x_low], start[x_high + 1], p, d, buffer.data(), hits);
+    }
+  }
+}
+
+/// Adds the points of positions begin .. end that are within reach.
+void Search::scan(std::int32_t begin, std::int32_t end, const Vec3& p, double d, std::int32_t* out, Hits& hits) const {
+  const double *x = x_.data(), *y = y_.data(), *z = z_.data(), *dj = d_.data();
+  int n = hits.count, coincident = hits.coincident;
+  for (std::int32_t k = begin; k < end; ++k) {  // no branch: a hit is kept by moving on
+    const double dx = x[k] - p.x, dy = y[k] - p.y, dz = z[k] - p.z, r = half_reach_ * (d + dj[k]) + length_;
+    const double square = dx * dx + dy * dy + dz * dz, limit = r * r;
+    out[n] = k;
+    n += square < limit;
+    coincident += square < 1e-18 * limit;
+  }
+  hits = {n, coincident};
+}
+
+}  // namespace calor

@@ -1,0 +1,48 @@
+#pragma once
+// The faces between the cells of the points, as quadrature points with area vectors: heat k grad T . area flows through
+// a face point. The cells need not exist as polyhedra; what counts is that every face has two sides (heat is conserved)
+// and that the area vectors of a cell and its share A_i of the surface of the body close (linear fields are exact).
+#include <cstdint>
+#include <vector>
+
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+
+namespace calor {
+
+/// Face points of the cells of this rank's owned points, in the order of the pairs; those that a cell of another rank
+/// shares are on both ranks, with the same bits.
+struct Faces {
+  std::vector<Vec3> x;          ///< quadrature points, m
+  std::vector<Vec3> area;       ///< m^2, out of the cell of point a
+  std::vector<std::int32_t> a;  ///< local points, by pairs id a < id b
+  std::vector<std::int32_t> b;  ///< -1: no other cell takes what leaves a (overlapping subdomains)
+
+  std::size_t size() const { return x.size(); }
+};
+
+/// Box cells of an unjittered box lattice with points on the walls; 1 or 2 Gauss points along every edge of a face.
+/// Collective.
+Faces lattice_faces(const Cloud& cloud, int gauss);
+
+/// What finding the virtual faces took, for the report.
+struct FaceReport {
+  std::int64_t pairs = 0;   ///< directed pairs
+  int iterations = 0;       ///< conjugate gradients, all components
+  double residual = 0;      ///< max |sum_j a_ij + A_i| / d^(D-1)
+  double moment_error = 0;  ///< root mean square of the components of 1/(2 V_i) sum_j a_ij (x) x_ji - I
+};
+
+/// Virtual faces of any cloud with boundary areas and points on the walls: an area vector a_ij = -a_ji per pair, one
+/// point halfway, with
+///   sum_j a_ij = -A_i                        to round-off
+///   1/2 sum_j a_ij (x) x_ji = V_i I          as well as the pairs allow (least squares)
+/// so that the divergence theorem holds for linear fields and fluxes. The pairs are those of an SPH kernel with
+/// smoothing 1, their first guess its weights scaled to the traces. Collective; throws Error for a surface that is not
+/// closed.
+Faces virtual_faces(const Cloud& cloud, FaceReport& report);
+
+/// Pairs of virtual faces reach this far, in spacings.
+double virtual_face_reach();
+
+}  // namespace calor

@@ -1,0 +1,55 @@
+#pragma once
+// Where a moving source is, and how strong: passes along straight lines, with pauses and dwells, or rows of a file.
+#include <optional>
+#include <vector>
+
+#include "base/vec3.hpp"
+#include "case/case.hpp"
+#include "case/schema.hpp"
+
+namespace calor {
+
+/// A source at one time.
+struct Spot {
+  Vec3 place;      ///< m
+  Vec3 direction;  ///< unit vector along the motion; of a source at rest, that of the motion before or after
+  double power;    ///< W
+};
+
+class Path {
+ public:
+  /// A straight piece of the way, in time; place and power are linear in between.
+  struct Piece {
+    double begin, end;  ///< s
+    Vec3 from, to;      ///< m
+    double power_from, power_to;
+  };
+
+  /// Pieces in order of time; where they leave gaps the source is off.
+  explicit Path(std::vector<Piece> pieces);
+  /// The path that a [source.NAME] gives by [[source.NAME.pass]], `path` or `at`. Throws Error(bad_case).
+  static Path read(const Table& source, int dimension);
+
+  /// Nothing while the source is off. Where two pieces meet the later one counts.
+  std::optional<Spot> at(double t) const;
+  /// Energy given since t = 0, J.
+  double energy(double t) const;
+  /// Times at which place, power or velocity jump, ascending.
+  std::vector<double> breaks() const;
+  /// Largest speed between two times, m/s.
+  double fastest(double begin, double end) const;
+  double largest_power() const;  ///< W
+  const std::vector<Piece>& pieces() const { return pieces_; }
+
+ private:
+  std::vector<Piece> pieces_;
+  std::vector<Vec3> direction_;  ///< of every piece
+};
+
+/// Refuses the keys of power and path in a source that has no use for them.
+void refuse_path(const Table& source);
+
+/// The keys of power and path.
+void declare_paths(Schema& schema);
+
+}  // namespace calor

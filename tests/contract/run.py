@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+"""What the command promises: exit codes, files, words on the terminal. run.py CALOR [TEST ...]"""
+import json
+import os
+import pathlib
+import pty
+import signal
+import subprocess
+import sys
+import tempfile
+import unittest
+import xml.etree.ElementTree as xml
+
+CALOR = str(pathlib.Path(sys.argv.pop(1)).resolve())
+LONG = ["time.integrator=euler", "time.end=1000 h", "output.every=500 h"]  # runs until it is interrupted
+
+
+class Contract(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.here = pathlib.Path(self.folder.name)
+        self.addCleanup(self.folder.cleanup)
+
+    def calor(self, *words, code=0):
+        done = subprocess.run([CALOR, *words], cwd=self.here, capture_output=True, text=True)
+        self.assertEqual(done.returncode, code, done.stdout + done.stderr)
+        return done
+
+    def read_json(self, name):
+        return json.loads((self.here / name).read_text())
+
+    def test_a_wrong_command_line_is_code_2(self):
+        self.calor("new", "plate")
+        for words in ([], ["solve"], ["run"], ["run", "plate.toml", "--fast"], ["run", "plate.toml", "spacing"],
+                      ["run", "plate.toml", "-j", "0"], ["doc", "cloud.radiuss"]):
+            done = self.calor(*words, code=2)
+            self.assertEqual(done.stdout, "")
+            self.assertNotEqual(done.stderr, "")
+        self.assertIn("did you mean 'cloud.radius'?", done.stderr)
+
+    def test_help_lists_the_verbs_and_nothing_that_does_not_exist(self):
+        for verb in ("run", "check", "verify", "new", "doc"):
+            self.assertIn(verb, self.calor("--help").stdout)
+        self.assertNotIn("restart", self.calor("run", "--help").stdout)
+        self.assertRegex(self.calor("--version").stdout, r"^calor \d+\.\d+\.\d+\n$")
+
+    def test_new_writes_a_case_that_runs_and_never_overwrites(self):
+        self.calor("new", "plate")
+        (self.here / "plate.toml").write_text((self.here / "plate.toml").read_text() + "# mine\n")
+        self.calor("new", "plate", code=4)
+        self.assertIn("# mine", (self.here / "plate.toml").read_text())
+        self.calor("run", "plate.toml")
+
+    def test_check_says_sizes_and_step_and_memory_and_writes_nothing(self):
+        self.calor("new", "plate")
+        said = self.calor("check", "plate.toml").stdout
+        for word in ("points", "neighbours", "explicit step", "memory"):
+            self.assertIn(word, said)
+        self.assertEqual([path.name for path in self.here.iterdir()], ["plate.toml"])
+
+    def test_a_run_writes_the_result_folder(self):
+        self.calor("new", "plate")
+        done = self.calor("run", "plate.toml", "cloud.points=[11, 6]")
+        self.assertEqual(done.stderr, "")
+        self.assertNotIn("\r", done.stdout)
+        self.assertEqual(done.stdout.splitlines()[-1], "results in results/plate")
+        result = self.here / "results" / "plate"
+        self.assertEqual((result / "probes.csv").read_text().splitlines()[0], "time [s],hot [K],cold [K]")
+        self.assertEqual((result / "energy.csv").read_text().splitlines()[0],
+                         "time [s],stored [J],through heater [J],through air [J],imbalance")
+        pieces = [entry.get("file") for entry in xml.parse(result / "fields.pvd").iter("DataSet")]
+        self.assertEqual(len(pieces), 13)  # the start and every 10 minutes of 2 hours
+        self.assertTrue(all((result / piece).exists() for piece in pieces))
+        self.assertIn("ok    probe cold", (result / "run.log").read_text())
+
+        report = self.read_json("results/plate/report.json")
+        self.assertEqual(report["case"]["cloud"]["points"], [11, 6])
+        self.assertEqual(report["case"]["output"]["samples"], 200)  # a default
+        self.assertLessEqual({"calor", "petsc", "mpi"}, set(report["versions"]))
+        self.assertLessEqual({"points", "pairs", "ranks", "steps", "rate_evaluations", "memory_bytes", "energy_imbalance"},
+                             set(report["numbers"]))
+        self.assertEqual(report["numbers"]["points"], 66)
+        for phase in ("cloud", "weights", "march", "output"):
+            self.assertLessEqual({"wall", "cpu"}, set(report["seconds"][phase]))
+        self.assertEqual([entry["passed"] for entry in report["expect"]], [True, True])
+        self.assertAlmostEqual(report["expect"][0]["reference"], 393.15)
+
+    def test_a_body_that_exchanges_no_heat_keeps_its_temperature(self):
+        self.calor("new", "plate")
+        text = (self.here / "plate.toml").read_text()
+        parts = text.partition("[boundary.heater]")[0], text.partition("[time]")[2].partition("[[expect]]")[0]
+        (self.here / "plate.toml").write_text("[time]".join(parts))
+        self.calor("run", "plate.toml")
+        rows = (self.here / "results/plate/energy.csv").read_text().splitlines()
+        self.assertEqual((rows[0], rows[-1]), ("time [s],stored [J],imbalance", "7200,0,0"))
+
+    def test_results_go_where_they_are_told_and_quiet_means_silent(self):
+        self.calor("new", "plate")
+        done = self.calor("run", "plate.toml", "-o", "there/it/is", "--quiet")
+        self.assertEqual((done.stdout, done.stderr), ("", ""))
+        self.assertTrue((self.here / "there/it/is/report.json").exists())
+
+    def test_a_failed_expectation_is_code_1(self):
+        self.calor("new", "plate")
+        done = self.calor("run", "plate.toml", "boundary.heater.flux=21 kW/m^2", code=1)
+        self.assertIn("FAIL  probe cold", done.stdout)
+        self.assertFalse(self.read_json("results/plate/report.json")["passed"])
+
+    def test_verify_counts_and_writes_json(self):
+        self.calor("new", "good")
+        text = (self.here / "good.toml").read_text()
+        (self.here / "bad.toml").write_text(text.replace("20 kW/m^2", "21 kW/m^2"))
+        (self.here / "wrong.toml").write_text(text.replace("flux", "fluks"))
+        done = self.calor("verify", "good.toml")
+        self.assertEqual(done.stdout.splitlines()[-1], "2 passed, 0 failed")
+        done = self.calor("verify", ".", "--json", "list.json", code=1)
+        self.assertEqual(done.stdout.splitlines()[-1], "2 passed, 3 failed")
+        self.assertEqual(len(done.stdout.splitlines()), 6)
+        entries = self.read_json("list.json")
+        self.assertEqual([entry["passed"] for entry in entries], [False, False, True, True, False])
+        for entry in entries:
+            self.assertEqual(set(entry), {"case", "what", "norm", "unit", "error", "tolerance", "passed"})
+        self.assertEqual((entries[2]["case"], entries[2]["unit"], entries[2]["tolerance"]), ("good", "K", 0.01))
+        self.assertFalse((self.here / "results").exists())
+        self.calor("verify", "nowhere", code=4)
+
+    def test_doc_shows_everything_or_one_key(self):
+        self.assertIn("# The case file", self.calor("doc").stdout)
+        self.assertIn("`rings`", self.calor("doc", "cloud").stdout)
+        self.assertNotIn("`radius`", self.calor("doc", "cloud.rings").stdout)
+
+    def test_a_failed_run_leaves_no_report_of_an_earlier_one(self):
+        self.calor("new", "plate")
+        self.calor("run", "plate.toml")
+        # Nothing is wrong at 293 K; above 300 K the conductivity is negative.
+        self.calor("run", "plate.toml", 'material.steel.conductivity={formula="300 - T", unit="W/(m K)"}', code=5)
+        result = self.here / "results" / "plate"
+        self.assertFalse((result / "report.json").exists())
+        self.assertIn("the conductivity of 'steel' is -", (result / "run.log").read_text())
+
+    def interrupt(self, *words, number, code):
+        """Starts a long run with a terminal for its errors, interrupts it once the progress line shows."""
+        self.calor("new", "plate")
+        environment = dict(os.environ)
+        try:
+            terminal, end = pty.openpty()
+        except OSError:  # a root without /dev/pts: a pipe that calls itself a terminal
+            terminal, end = os.pipe()
+            environment["CALOR_TERMINAL"] = "1"
+        run = subprocess.Popen([CALOR, "run", "plate.toml", *LONG, *words], cwd=self.here, env=environment,
+                               stdout=subprocess.PIPE, stderr=end)
+        os.close(end)
+        shown = b""
+        while b" left" not in shown:
+            shown += os.read(terminal, 1000)
+        self.assertRegex(shown, rb"\r.* %  t = .* s  step \d+  .* left")
+        run.send_signal(number)
+        while True:  # until the other end is closed
+            try:
+                if not os.read(terminal, 1000):
+                    break
+            except OSError:
+                break
+        run.communicate()
+        os.close(terminal)
+        self.assertEqual(run.returncode, code)
+        report = self.read_json("results/plate/report.json")
+        self.assertFalse(report["passed"])
+        reached = report["numbers"]["end"]
+        result = self.here / "results" / "plate"
+        last = (result / "energy.csv").read_text().splitlines()[-1].split(",")
+        self.assertEqual((float(last[0]), len(last)), (reached, 5))
+        field = list(xml.parse(result / "fields.pvd").iter("DataSet"))[-1]
+        self.assertEqual(float(field.get("timestep")), reached)
+        self.assertTrue((result / field.get("file")).exists())
+
+    def test_an_interrupted_run_stays_readable(self):
+        self.interrupt(number=signal.SIGINT, code=130)
+
+    def test_a_terminated_run_stays_readable(self):
+        self.interrupt(number=signal.SIGTERM, code=143)
+
+    def test_an_interrupted_run_on_two_processes_stays_readable(self):
+        self.interrupt("-j", "2", number=signal.SIGINT, code=130)
+
+    def test_several_processes_say_what_one_says(self):
+        self.calor("new", "plate")
+        one = self.calor("run", "plate.toml", "boundary.heater.on=left", code=3)
+        two = self.calor("run", "plate.toml", "boundary.heater.on=left", "-j", "2", code=3)
+        self.assertEqual(one.stderr, two.stderr)
+        self.assertEqual(self.calor("run", "plate.toml", "-j", "2").stdout.count("ok    "), 2)
+        self.assertEqual(self.read_json("results/plate/report.json")["numbers"]["ranks"], 2)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,314 @@
+#include "cloud/cracks.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <limits>
+
+#include "base/parallel.hpp"
+#include "method/correction_steps.hpp"
+#include "method/cracked_pairs.hpp"
+#include "method_clouds.hpp"
+
+namespace calor {
+namespace {
+
+constexpr double not_fixed = std::numeric_limits<double>::quiet_NaN();
+
+Crack line(const Vec3& a, const Vec3& b, double contact = 0, double opens = 0) {
+  return {.vertices = {a, b}, .contact = contact, .opens = opens};
+}
+
+/// The square [-1, 1]^2 (a plate of it in 3D: `thick` points over its height) with n^2 points.
+Cloud square(std::int64_t n, double jitter = 0, std::int64_t thick = 0, MPI_Comm comm = MPI_COMM_SELF) {
+  const double d = 2.0 / static_cast<double>(n - 1);
+  const BoxLattice box{.dimension = thick ? 3 : 2,
+                       .size = {2, 2, d * static_cast<double>(std::max<std::int64_t>(thick - 1, 0))},
+                       .points = {n, n, std::max<std::int64_t>(thick, 1)},
+                       .origin = {-1, -1, 0},
+                       .jitter = jitter};
+  return distribute(comm, make_box(comm, box), Support{crack_reach});
+}
+
+struct Cracked {
+  Neighbours neighbours;
+  std::vector<double> G;  ///< of the intact body
+  CorrectionReport report;
+};
+
+Cracked intact(const Cloud& cloud, double smoothing) {
+  Cracked c;
+  c.neighbours = find_neighbours(cloud, sph_reach(smoothing));
+  c.G = sph_consistent_weights(cloud, c.neighbours, smoothing, c.report);
+  return c;
+}
+
+PairSites with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing, CorrectionReport* report = {}) {
+  Cracked c = intact(cloud, smoothing);
+  PairSites sites = cracked_pairs(cloud, Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
+  if (report) *report = c.report;
+  return sites;
+}
+
+std::vector<double> steady(const Cloud& cloud, const PairSites& sites, const std::vector<double>& fixed) {
+  const std::vector<double> k(cloud.local(), 1.0), T(cloud.local(), 0.0);
+  SparseJacobian J;
+  sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
+  return solve_with_fixed(J.matrix(cloud.owned), std::vector<double>(cloud.owned, 0.0), fixed);
+}
+
+constexpr double a = 0.5;
+const Crack crack_of_the_plate = line({-a, 0, 0}, {a, 0, 0});
+
+/// Im( sqrt(z - a) sqrt(z + a) ): conducts around the insulated crack |x| < a on y = 0 and jumps by 2a at its centre.
+double exact_at(const Vec3& x) {
+  const std::complex<double> z(x.x, x.y);
+  return (std::sqrt(z - a) * std::sqrt(z + a)).imag();
+}
+
+struct PlateErrors {
+  double rms;   ///< farther than 0.2 from the tips
+  double jump;  ///< at the centre, by the points beside it
+};
+
+PlateErrors plate_errors(const Cloud& cloud, const PairSites& sites) {
+  std::vector<double> fixed;
+  for (int i = 0; i < cloud.owned; ++i)
+    fixed.push_back((cloud.on_faces[i] & 0b1111) ? exact_at(cloud.x[i]) : not_fixed);
+  const auto T = steady(cloud, sites, fixed);
+  double squares = 0, volume = 0, up = 0, down = 0, nearest_up = 9, nearest_down = 9;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const Vec3 x{cloud.x[i].x, cloud.x[i].y, 0};
+    const double error = T[i] - exact_at(x);
+    if (std::min(norm(x - Vec3{a, 0, 0}), norm(x + Vec3{a, 0, 0})) > 0.2) {
+      squares += cloud.volume[i] * error * error;
+      volume += cloud.volume[i];
+    }
+    if (x.y > 0 && norm(x) < nearest_up) nearest_up = norm(x), up = error;
+    if (x.y < 0 && norm(x) < nearest_down) nearest_down = norm(x), down = error;
+  }
+  return {std::sqrt(squares / volume), std::abs(up - down)};
+}
+
+TEST(Cracks, HoldUpTheHeatOfTheExactCrackInALattice) {
+  const double rms[] = {8e-3, 3.2e-3, 1.3e-3}, jump[] = {2e-2, 5e-3, 2e-3};
+  for (int n = 0; n < 3; ++n) {
+    const Cloud cloud = square(20 << n);
+    CorrectionReport report;
+    const auto sites = with_crack(cloud, {crack_of_the_plate}, 1, &report);
+    const PlateErrors e = plate_errors(cloud, sites);
+    std::printf("lattice %d^2: rms %.2e, jump %.2e, %d negative\n", 20 << n, e.rms, e.jump, int(report.negative));
+    EXPECT_LE(e.rms, rms[n]);
+    EXPECT_LE(e.jump, jump[n]);
+    EXPECT_LE(report.residual, 1e-11);
+    EXPECT_EQ(report.negative, 0);
+  }
+}
+
+TEST(Cracks, HoldUpHeatWhereverTheirTipsLie) {
+  // The tips move over a whole spacing; a crack rounded to the pairs that it cuts would be off by up to half a spacing,
+  // 5e-2 in the jump.
+  const Cloud cloud = square(40);
+  for (const double shift : {0.1, 0.3, 0.5, 0.7, 0.9}) {
+    Cloud moved = cloud;
+    for (Vec3& x : moved.x) x.x += shift * 2 / 39;
+    const auto sites = with_crack(moved, {crack_of_the_plate}, 1);
+    const PlateErrors e = plate_errors(moved, sites);
+    std::printf("shift %.1f: rms %.2e, jump %.2e\n", shift, e.rms, e.jump);
+    EXPECT_LE(e.rms, 4e-3);
+    EXPECT_LE(e.jump, 1e-2);
+  }
+}
+
+TEST(Cracks, HoldUpHeatInJitteredClouds) {
+  const double rms[] = {1.2e-2, 6e-3};
+  for (int n = 0; n < 2; ++n) {
+    const Cloud cloud = square(20 << n, 0.2);
+    const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1.2));
+    std::printf("jittered %d^2: rms %.2e, jump %.2e\n", 20 << n, e.rms, e.jump);
+    EXPECT_LE(e.rms, rms[n]);
+    EXPECT_LE(e.jump, 5e-2);
+  }
+}
+
+TEST(Cracks, WouldHealWithoutTheAreasOfTheirFaces) {
+  // The cut pairs' load would go to their neighbours: linear fields stay exact, and the crack is gone.
+  const Cloud cloud = square(20);
+  Cracked c = intact(cloud, 1);
+  const Cracks cracks(cloud, {crack_of_the_plate});
+  for (const Crossing& x : cracks.crossings(c.neighbours)) c.G[x.entry] *= 1 - x.fraction;
+  enforce_linear_consistency(cloud, c.neighbours, c.G);
+  const auto R = linear_residual(cloud, c.neighbours, c.G);
+  for (const Vec3& r : R) EXPECT_LE(norm(r), 1e-12);
+  EXPECT_GE(plate_errors(cloud, PairSites(cloud, c.neighbours, c.G)).jump, 0.7);
+}
+
+TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
+  // Along and across a lattice, and askew through a jittered cloud, ends on the surface or beyond.
+  struct Cut {
+    double jitter, smoothing;
+    std::vector<Vec3> line;
+  };
+  for (const Cut& cut : {Cut{0, 1, {{-1, 0.02, 0}, {1, 0.02, 0}}}, Cut{0.2, 1.2, {{-1.5, -0.71, 0}, {1.2, 0.53, 0}}},
+                         Cut{0.2, 1.2, {{-1, -0.4, 0}, {0.05, 0.1, 0}, {0.31, 1, 0}}}}) {
+    const Cloud cloud = square(20, cut.jitter);
+    CorrectionReport report;
+    const auto sites = with_crack(cloud, {{.vertices = cut.line}}, cut.smoothing, &report);
+    EXPECT_LE(report.residual, 1e-11);
+    // Everything that the first point can reach is on its side, and no heat leaves it.
+    std::vector<char> reached(cloud.owned, 0);
+    std::vector<int> next = {0};
+    reached[0] = 1;
+    while (!next.empty()) {
+      const int i = next.back();
+      next.pop_back();
+      for (int j : sites.neighbours().of(i))
+        if (!reached[j]) reached[j] = 1, next.push_back(j);
+    }
+    const auto count = std::ranges::count(reached, 1);
+    EXPECT_GT(count, cloud.owned / 5);
+    EXPECT_LT(count, 4 * cloud.owned / 5);
+    std::vector<double> T, k(cloud.local(), 1.0), F(cloud.owned, 0.0);
+    for (int i = 0; i < cloud.local(); ++i) T.push_back(std::sin(17.0 * i));
+    sites.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, F);
+    double sum = 0, size = 0;
+    for (int i = 0; i < cloud.owned; ++i)
+      if (reached[i]) sum += F[i], size += std::abs(F[i]);
+    EXPECT_LE(std::abs(sum), 1e-14 * size);
+    // A linear temperature along the cut stays one: heat runs beside the crack as if it were not there. Askew the area
+    // vectors of the walls do not end where the cut does, and the balance of the parts tilts those of its faces.
+    if (cut.line.size() > 2) continue;
+    const double tolerance = cut.jitter == 0 ? 1e-11 : 5e-3;
+    const Vec3 along = cut.line[1] - cut.line[0];
+    std::vector<double> exact, fixed;
+    for (int i = 0; i < cloud.owned; ++i) {
+      exact.push_back(dot(along, cloud.x[i]));
+      fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
+    }
+    const auto solved = steady(cloud, sites, fixed);
+    for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(solved[i], exact[i], tolerance);
+  }
+}
+
+TEST(Cracks, InContactLetTheTemperatureJumpByTheFluxOverTheConductance) {
+  // Two slabs, 1 K/m in each (k = 1) and a jump of q / h = 0.4 K at the interface; askew too, and in the means of k.
+  for (const double slope : {0.0, 0.3}) {
+    const Cloud cloud = square(15, slope == 0 ? 0 : 0.2);
+    const double h = 2.5;
+    const auto interface = line({-1, -slope + 0.03, 0}, {1, slope + 0.03, 0}, h);
+    const auto sites = with_crack(cloud, {interface}, 1.2);
+    const Vec3 normal = (1 / std::hypot(slope, 1.0)) * Vec3{-slope, 1, 0};
+    std::vector<double> exact, fixed;
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double s = dot(cloud.x[i] - Vec3{0, 0.03, 0}, normal);
+      exact.push_back(s + (s > 0 ? 1 / h : 0));
+      fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
+    }
+    const auto T = steady(cloud, sites, fixed);
+    for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(T[i], exact[i], 1e-11);
+    // The flux across it is the same everywhere.
+    std::vector<Vec3> q(cloud.owned);
+    const std::vector<double> k(cloud.local(), 1.0);
+    sites.heat_flux({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, q);
+    for (const Vec3& v : q) EXPECT_NEAR(norm(v + normal), 0, 1e-10);
+    // Its Jacobian is the derivative of its rate.
+    SparseJacobian J;
+    sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
+    const Eigen::VectorXd F = J.matrix(cloud.owned) * Eigen::Map<const Eigen::VectorXd>(T.data(), cloud.owned);
+    std::vector<double> rate(cloud.owned, 0.0);
+    sites.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, rate);
+    for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(F[i], rate[i], 1e-12);
+  }
+}
+
+TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
+  const Cloud cloud = square(10);
+  const Cracked c = intact(cloud, 1);
+  Crack crack = crack_of_the_plate;
+  crack.opens = 2;
+  PairSites sites = cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
+  EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
+  EXPECT_EQ(sites.breaks(), std::vector<double>{2});
+  sites.change(1.9);
+  EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
+  sites.change(2);
+  const Cracks cracks(cloud, {crack});
+  std::vector<double> expected = c.G;
+  for (const Crossing& x : cracks.crossings(c.neighbours)) expected[x.entry] -= x.fraction * c.G[x.entry];
+  for (std::size_t n = 0; n < expected.size(); ++n) EXPECT_NEAR(sites.weights()[n], expected[n], 1e-15);
+  EXPECT_NE(expected, c.G);
+  // First order, and far from whole: the jump is there.
+  EXPECT_LE(plate_errors(cloud, sites).jump, 0.3);
+}
+
+TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
+  const Cloud cloud = square(21);  // a row on y = 0
+  const Cracks cracks(cloud, {crack_of_the_plate});
+  EXPECT_EQ(cracks.moved(), 11);  // x = -0.5, -0.4, ..., 0.5
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (std::abs(cloud.x[i].y) < 1e-12 && std::abs(cloud.x[i].x) < 0.45) {
+      EXPECT_NEAR(cracks.place(i).y, 1e-3 * cloud.spacing[i], 1e-12);
+    } else if (std::abs(cloud.x[i].y) > 1e-12) {
+      EXPECT_EQ(cracks.place(i), cloud.x[i]);
+    }
+  }
+  const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1));
+  std::printf("row on the crack: rms %.2e\n", e.rms);
+  EXPECT_LE(e.rms, 2e-2);
+}
+
+TEST(Cracks, ArePolygonsInThreeDimensions) {
+  // The same plate with a height, the crack through all of it.
+  const Cloud cloud = square(20, 0, 4);
+  const double top = 3 * 2.0 / 19;
+  const Crack wall{.vertices = {{-a, 0, 0}, {a, 0, 0}, {a, 0, top}, {-a, 0, top}}};
+  CorrectionReport report;
+  const auto sites = with_crack(cloud, {wall}, 1, &report);
+  EXPECT_LE(report.residual, 1e-11);
+  const PlateErrors e = plate_errors(cloud, sites);
+  std::printf("3D: rms %.2e, jump %.2e\n", e.rms, e.jump);
+  EXPECT_LE(e.rms, 8e-3);
+  EXPECT_LE(e.jump, 4e-2);
+}
+
+TEST(Cracks, OfSeveralPiecesAreAsTightAsOne) {
+  const Cloud cloud = square(20, 0.2);
+  const Cracked c = intact(cloud, 1.2);
+  const Cracks whole(cloud, {crack_of_the_plate});
+  const Cracks polyline(cloud, {{.vertices = {{-a, 0, 0}, {-0.1, 0, 0}, {0.2, 0, 0}, {a, 0, 0}}}});
+  const Cracks two(cloud, {line({-a, 0, 0}, {0.13, 0, 0}), line({0.13, 0, 0}, {a, 0, 0})});
+  std::vector<double> left(c.G.size(), 1), left_polyline = left, left_two = left;
+  for (const Crossing& x : whole.crossings(c.neighbours)) left[x.entry] -= x.fraction;
+  for (const Crossing& x : polyline.crossings(c.neighbours)) left_polyline[x.entry] -= x.fraction;
+  for (const Crossing& x : two.crossings(c.neighbours)) left_two[x.entry] -= x.fraction;
+  for (std::size_t n = 0; n < left.size(); ++n) {
+    EXPECT_NEAR(left_polyline[n], left[n], 1e-12);
+    EXPECT_NEAR(left_two[n], left[n], 1e-12);
+  }
+}
+
+TEST(CracksParallel, AreTheSameOnAnyNumberOfRanks) {
+  for (const double jitter : {0.0, 0.2}) {
+    const double smoothing = jitter > 0 ? 1.2 : 1;
+    const std::vector<Crack> cracks = {line({-0.4, -0.3, 0}, {0.5, 0.2, 0}), line({-1, 0.52, 0}, {1, 0.61, 0}),
+                                       line({-0.5, -1, 0}, {-0.45, -0.5, 0}, 3)};
+    const auto checksum = [&](MPI_Comm comm) {
+      const Cloud cloud = square(21, jitter, 0, comm);
+      const auto sites = with_crack(cloud, cracks, smoothing);
+      std::vector<double> terms;
+      for (int i = 0; i < cloud.owned; ++i) {
+        const auto row = sites.neighbours().of(i);
+        for (std::size_t n = 0; n < row.size(); ++n)
+          terms.push_back(sites.weights()[sites.neighbours().row[i] + n] *
+                          (1 + std::fmod(0.618 * cloud.id[i] + 0.414 * cloud.id[row[n]], 1.0)));
+      }
+      return sum(comm, terms);
+    };
+    EXPECT_EQ(checksum(MPI_COMM_WORLD), checksum(MPI_COMM_SELF));
+  }
+}
+
+}  // namespace
+}  // namespace calor

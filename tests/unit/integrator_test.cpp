@@ -1,0 +1,653 @@
+#include "solve/integrator.hpp"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <sstream>
+
+#include "app/run.hpp"
+#include "case_models.hpp"
+#include "output/energy.hpp"
+#include "solve/integrators.hpp"
+
+namespace calor {
+namespace {
+
+StepOptions steps_of(double step) {
+  StepOptions options;
+  options.step = step;
+  return options;
+}
+StepOptions within(double tolerance) {
+  StepOptions options;
+  options.tolerance = tolerance;
+  return options;
+}
+const AfterStep go_on = [](const State&) { return true; };
+
+struct Named {
+  std::string name;
+  std::unique_ptr<Integrator> (*make)(const StepOptions&);
+  int order;
+};
+const std::vector<Named>& integrators() {
+  static const std::vector<Named> all = {{"euler", make_euler, 1},
+                                         {"rkl2", make_rkl2, 2},
+                                         {"backward-euler", make_backward_euler, 1},
+                                         {"crank-nicolson", make_crank_nicolson, 2},
+                                         {"tr-bdf2", make_tr_bdf2, 2}};
+  return all;
+}
+
+// A rod of nine points with everything of size 1; 2 / lambda_max is 1/128 s or more.
+const std::string rod = R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["1 m"]
+points = [9]
+[time]
+end = "1 s"
+[initial]
+temperature = { formula = "1.5 + 0.5*cos(pi*x)", unit = "K" }
+)toml";
+const std::string simple = R"toml(
+[material.m]
+conductivity = "1 W/(m K)"
+density = "1 kg/m^3"
+specific_heat = "1 J/(kg K)"
+)toml";
+const std::string of_temperature = R"toml(
+[material.m]
+conductivity = { formula = "0.5 + 0.3*T", unit = "W/(m K)" }
+density = "1 kg/m^3"
+specific_heat = { formula = "0.7 + 0.4*T", unit = "J/(kg K)" }
+)toml";
+const std::string source = R"toml(
+[source.s]
+power_density = { formula = "(2 + x)*sin(7*t)", unit = "W/m^3" }
+)toml";
+const std::string wall = R"toml(
+[boundary.xmin]
+temperature = { formula = "2 + 0.4*sin(6*t)", unit = "K" }
+)toml";
+const std::string air = R"toml(
+[boundary.xmax.convection]
+h = { formula = "2 + sin(5*t)", unit = "W/(m^2 K)" }
+ambient = { formula = "1 + 0.5*sin(4*t)", unit = "K" }
+)toml";
+
+struct Problem {
+  std::string name, text;
+  bool is_damped;  ///< by a wall: otherwise what is wrong in the mean stays wrong
+};
+const std::vector<Problem>& problems() {
+  static const std::vector<Problem> all = {
+      {"time-dependent source", rod + simple + source, false},
+      {"time-dependent prescribed wall", rod + simple + wall, true},
+      {"c(T), k(T)", rod + of_temperature + "[boundary.xmax]\nflux = \"1 W/m^2\"\n", false},
+      {"all of them, and convection", rod + of_temperature + source + wall + air, true},
+  };
+  return all;
+}
+
+/// Temperatures of the owned points at `end` by the classical Runge-Kutta method, on the enthalpies, whose values at
+/// prescribed points count for nothing.
+std::vector<double> by_runge_kutta(const CaseModel& m, double end, int steps) {
+  const HeatSystem& system = m.system();
+  const State start = m.start();
+  const std::size_t n = start.E.size();
+  std::vector<double> E = start.E, T = start.T, power(system.accounts().size());
+  const auto rate = [&](double t, const std::vector<double>& at) {
+    std::vector<double> F(n);
+    system.temperature(at, T);
+    system.prescribed_temperatures(t, T);
+    system.rate(t, T, F, power);
+    return F;
+  };
+  const double dt = end / steps;
+  const auto moved = [&](const std::vector<double>& F, double by) {
+    std::vector<double> out = E;
+    for (std::size_t i = 0; i < n; ++i) out[i] += by * F[i];
+    return out;
+  };
+  for (int step = 0; step < steps; ++step) {
+    const double t = step * dt;
+    const auto a = rate(t, E), b = rate(t + dt / 2, moved(a, dt / 2)), c = rate(t + dt / 2, moved(b, dt / 2)),
+               d = rate(t + dt, moved(c, dt));
+    for (std::size_t i = 0; i < n; ++i) E[i] += dt / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
+  }
+  system.temperature(E, T);
+  system.prescribed_temperatures(end, T);
+  return {T.begin(), T.begin() + static_cast<std::ptrdiff_t>(n)};
+}
+
+double largest_difference(std::span<const double> a, std::span<const double> b) {
+  double largest = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) largest = std::max(largest, std::abs(a[i] - b[i]));
+  return largest;
+}
+
+/// Error at `end` with a fixed step.
+double error_with(const Named& kind, const Problem& problem, double end, double step, std::span<const double> exact) {
+  const CaseModel m(problem.text);
+  State state = m.start();
+  kind.make(steps_of(step))->advance(m.system(), state, end, go_on);
+  EXPECT_EQ(state.t, end);
+  return largest_difference(exact, state.T);
+}
+
+TEST(Integrators, ConvergeWithTheirOrderInTime) {
+  constexpr double end = 0.5;
+  for (const Problem& problem : problems()) {
+    const auto exact = by_runge_kutta(CaseModel(problem.text), end, 2000);
+    for (const Named& kind : integrators()) {
+      const double step = kind.name == "euler" ? end / 128 : end / 16;
+      const double coarse = error_with(kind, problem, end, step, exact),
+                   middle = error_with(kind, problem, end, step / 2, exact),
+                   fine = error_with(kind, problem, end, step / 4, exact);
+      const auto report = fmt::format("{}, {}: {:.3e} {:.3e} {:.3e}", kind.name, problem.name, coarse, middle, fine);
+      EXPECT_GE(std::log2(middle / fine), kind.order - 0.15) << report;
+      EXPECT_GE(std::log2(coarse / fine) / 2, kind.order - 0.25) << report;
+      EXPECT_LE(fine, kind.order == 1 ? 1e-2 : 1e-3) << report;
+    }
+  }
+}
+
+TEST(Integrators, KeepTheErrorWithinAFewTolerances) {
+  // The tolerance is that of a step; what steps add up to is damped by walls of given temperature.
+  for (const Problem& problem : problems()) {
+    for (const double end : {0.02, 0.5}) {
+      const auto exact = by_runge_kutta(CaseModel(problem.text), end, 2000);
+      for (const auto make : {make_rkl2, make_tr_bdf2}) {
+        double last = std::numeric_limits<double>::infinity();
+        for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
+          const CaseModel m(problem.text);
+          State state = m.start();
+          const auto integrator = make(within(tolerance));
+          integrator->advance(m.system(), state, end, go_on);
+          const double error = largest_difference(exact, state.T);
+          const double few = problem.is_damped ? 5 : std::max(5., static_cast<double>(integrator->counts.steps));
+          EXPECT_LE(error, few * tolerance) << integrator->name() << ", " << problem.name << ", end " << end;
+          EXPECT_LE(error, last) << integrator->name() << ", " << problem.name;
+          last = error;
+        }
+      }
+    }
+  }
+}
+
+TEST(Integrators, KeepTheErrorWithinAFewTolerancesAfterAJumpOfTheWall) {
+  const std::string text = rod + simple + "[boundary.xmin]\ntemperature = \"3 K\"\n";
+  for (const double end : {0.001, 0.01, 0.1}) {
+    const auto exact = by_runge_kutta(CaseModel(text), end, 2000);
+    for (const auto make : {make_rkl2, make_tr_bdf2})
+      for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
+        const CaseModel m(text);
+        State state = m.start();
+        const auto integrator = make(within(tolerance));
+        integrator->advance(m.system(), state, end, go_on);
+        EXPECT_LE(largest_difference(exact, state.T), 4 * tolerance) << integrator->name() << ", end " << end;
+      }
+  }
+}
+
+TEST(Integrators, MarchToTheExactModeOfARod) {
+  // T = 1.5 + 0.5 cos(pi x) exp(-lambda t), lambda = 2/dx^2 (1 - cos(pi dx)): an eigenmode of nine points in a line.
+  const double lambda = 2 * 64 * (1 - std::cos(std::numbers::pi / 8)), end = 0.1;
+  for (const Named& kind : integrators()) {
+    const CaseModel m(rod + simple);
+    State state = m.start();
+    kind.make(steps_of(1e-4))->advance(m.system(), state, end, go_on);
+    for (int i = 0; i < m.cloud().owned; ++i)
+      EXPECT_NEAR(state.T[i], 1.5 + 0.5 * std::cos(std::numbers::pi * m.cloud().x[i].x) * std::exp(-lambda * end),
+                  kind.order == 1 ? 1e-4 : 1e-7)
+          << kind.name;
+  }
+}
+
+TEST(Integrators, StoreExactlyWhatAFluxThatJumpsBrings) {
+  const std::string text = rod + of_temperature + R"toml(
+[boundary.xmax]
+flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", breaks = ["0.13 s", "0.4 s"] }
+[source.s]
+power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.31 s"] }
+)toml";
+  const double flux = 5 * 0.13 - 2 * (0.4 - 0.13) + 0.1, sources = 0.5 * 0.31 + 3 * (0.5 - 0.31);
+  for (const Named& kind : integrators()) {
+    SCOPED_TRACE(kind.name);
+    const CaseModel m(text);
+    State state = m.start();
+    const State start = state;
+    std::vector<double> times;
+    // 0.007 divides none of the intervals between the breaks.
+    kind.make(steps_of(0.007))->advance(m.system(), state, 0.5, [&](const State& s) {
+      times.push_back(s.t);
+      return true;
+    });
+    for (double at : {0.13, 0.31, 0.4, 0.5}) EXPECT_EQ(std::ranges::count(times, at), 1) << at;
+    double stored = 0;
+    for (std::size_t i = 0; i < state.E.size(); ++i) stored += state.E[i] - start.E[i];
+    EXPECT_NEAR(state.exchanged[0], flux, 1e-12);
+    EXPECT_NEAR(state.exchanged[1], sources, 1e-12);
+    EXPECT_NEAR(stored, flux + sources, 1e-12);
+  }
+}
+
+TEST(Integrators, LandOnTheRowsOfTables) {
+  const std::string text = rod + simple + R"toml(
+[boundary.xmin]
+temperature = { table = [[0.1, 2], [0.25, 3], [0.6, 2.5]], unit = "K" }
+[boundary.xmax]
+flux = { table = [[0, 0], [0.4, 4]], unit = "W/m^2", of = "time" }
+)toml";
+  for (const Named& kind : integrators())
+    for (const bool fixed : {true, false}) {
+      if (!fixed && (kind.name == "backward-euler" || kind.name == "crank-nicolson")) continue;
+      const CaseModel m(text);
+      EXPECT_EQ(m.system().breaks(), (std::vector<double>{0, 0.1, 0.25, 0.4, 0.6}));
+      State state = m.start();
+      std::vector<double> times;
+      const StepOptions options = fixed ? steps_of(0.0078) : within(1e-2);
+      kind.make(options)->advance(m.system(), state, 0.5, [&](const State& s) {
+        times.push_back(s.t);
+        return true;
+      });
+      for (double at : {0.1, 0.25, 0.4, 0.5}) EXPECT_EQ(std::ranges::count(times, at), 1) << kind.name << " " << at;
+      EXPECT_TRUE(std::ranges::is_sorted(times));
+      // Linear in time between the rows: a rule of second order integrates it exactly, each stage with its own time.
+      if (kind.order == 2 && kind.name != "crank-nicolson") {
+        EXPECT_NEAR(state.exchanged[1], 0.5 * 4 * 0.4 + 4 * 0.1, 1e-9);
+      }
+    }
+}
+
+/// A plate with every kind of exchange; its walls jump at t = 0.
+const std::string plate = R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["50 mm", "40 mm"]
+points = [6, 5]
+jitter = 0.2
+thickness = "10 mm"
+[initial]
+temperature = { formula = "400 + 2000*x", unit = "K" }
+[boundary.hot]
+on = "xmin"
+temperature = { formula = "600 + 3*t", unit = "K" }
+[boundary.cold]
+on = "ymin"
+temperature = "500 K"
+[boundary.air]
+on = "xmax"
+convection = { h = { formula = "50 + 0.2*T", unit = "W/(m^2 K)" }, ambient = "300 K" }
+radiation = { emissivity = 0.6, ambient = { formula = "300 + 20*t", unit = "K" } }
+[boundary.burner]
+on = "ymax"
+flux = { table = [[0, 0], [7, 2e4], [12, 1e3]], unit = "W/m^2", of = "time" }
+[source.reaction]
+power_density = { formula = "1e6*exp(-T/1000)*(1 + x)", unit = "W/m^3" }
+[time]
+end = "20 s"
+)toml";
+const std::string steel = R"toml(
+[material.m]
+conductivity = "40 W/(m K)"
+density = "8000 kg/m^3"
+specific_heat = "400 J/(kg K)"
+)toml";
+const std::string steel_of_T = R"toml(
+[material.m]
+conductivity = { formula = "60 - 0.03*T", unit = "W/(m K)" }
+density = "8000 kg/m^3"
+specific_heat = { formula = "400 + 0.2*T + 300*exp(-((T - 550)/30)^2)", unit = "J/(kg K)" }
+)toml";
+
+TEST(Integrators, ConserveHeat) {
+  for (const std::string& material : {steel, steel_of_T})
+    for (const Named& kind : integrators()) {
+      const CaseModel m(plate + material);
+      State state = m.start_without_walls();
+      EnergyLog energy(m.system(), state.E, "");
+      m.system().impose(0, state.T, state.E, state.exchanged);
+      const auto integrator = kind.make(steps_of(kind.name == "euler" ? 0.5 : 1));
+      EnergyBalance balance;
+      integrator->advance(m.system(), state, 20, [&](const State& s) {
+        balance = energy.record(s);
+        return true;
+      });
+      // Implicit steps take the enthalpies from the rates of their stages, so that no solver's tolerance enters.
+      EXPECT_LE(energy.worst_imbalance(), 1e-12) << kind.name;
+      for (double heat : balance.through) EXPECT_GT(std::abs(heat), 1) << kind.name;
+    }
+}
+
+TEST(Integrators, ConserveHeatWithStepsOfTheirOwn) {
+  for (const auto make : {make_euler, make_rkl2, make_tr_bdf2}) {
+    const CaseModel m(plate + steel_of_T);
+    State state = m.start_without_walls();
+    EnergyLog energy(m.system(), state.E, "");
+    m.system().impose(0, state.T, state.E, state.exchanged);
+    const auto integrator = make({});
+    integrator->advance(m.system(), state, 20, [&](const State& s) {
+      energy.record(s);
+      return true;
+    });
+    EXPECT_LE(energy.worst_imbalance(), 1e-12) << integrator->name();
+  }
+}
+
+TEST(Integrators, KeepABodyAtRestAtRest) {
+  for (const std::string& material : {steel, steel_of_T})
+    for (const Named& kind : integrators()) {
+      const CaseModel m(R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "disc"
+radius = "1 m"
+rings = 4
+[initial]
+temperature = "431 K"
+[boundary.side]
+convection = { h = "20 W/(m^2 K)", ambient = "431 K" }
+radiation = { emissivity = 0.4, ambient = "431 K" }
+[time]
+end = "100 s"
+)toml" + material);
+      State state = m.start();
+      EnergyLog energy(m.system(), state.E, "");
+      kind.make(steps_of(10))->advance(m.system(), state, 100, go_on);
+      for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(state.T[i], 431, 1e-9) << kind.name;
+      energy.record(state);
+      EXPECT_EQ(energy.worst_imbalance(), 0) << kind.name;
+    }
+}
+
+TEST(Integrators, StopWhenTheyAreTold) {
+  for (const Named& kind : integrators()) {
+    const CaseModel m(rod + simple);
+    State state = m.start();
+    int steps = 0;
+    const auto integrator = kind.make(steps_of(0.005));
+    integrator->advance(m.system(), state, 1, [&](const State&) { return ++steps < 3; });
+    EXPECT_EQ(steps, 3);
+    EXPECT_EQ(integrator->counts.steps, 3);
+    EXPECT_NEAR(state.t, 0.015, 1e-12);
+  }
+}
+
+TEST(Integrators, TakeNoMoreStepsThanTheyNeed) {
+  // Two decades of decay to 1e-3 of the start: both adaptive integrators lengthen their steps far beyond Euler's.
+  for (const auto make : {make_rkl2, make_tr_bdf2}) {
+    const CaseModel m(rod + simple + "[boundary.xmin]\ntemperature = \"3 K\"\n");
+    State state = m.start();
+    const auto integrator = make(within(1e-3));
+    integrator->advance(m.system(), state, 5, go_on);
+    EXPECT_LE(integrator->counts.steps, 100) << integrator->name();  // Euler: 640
+    EXPECT_LE(integrator->counts.rejected, integrator->counts.steps / 4) << integrator->name();
+    EXPECT_GE(integrator->counts.largest_step, 0.1) << integrator->name();
+  }
+}
+
+/// The integrator that a case leads to, with [time] keys added.
+struct Chosen {
+  std::unique_ptr<Integrator> integrator;
+  std::string log;
+};
+Chosen choose(const std::string& text) {
+  const CaseModel m(text);
+  State state = m.start();
+  std::ostringstream log;
+  const auto before = spdlog::default_logger();
+  spdlog::set_default_logger(
+      std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(log)));
+  spdlog::set_pattern("%v");
+  Chosen chosen;
+  try {
+    chosen.integrator = make_integrator(m.description(), m.system(), state);
+  } catch (...) {
+    spdlog::set_default_logger(before);
+    throw;
+  }
+  spdlog::set_default_logger(before);
+  chosen.log = log.str();
+  return chosen;
+}
+
+/// Cells in a line: the Gershgorin bound 4 a / dx^2 lies above the largest rate 2 a / dx^2 (1 + cos(pi / n)); of four
+/// cells by 17 percent.
+std::string cells(const std::string& keys) {
+  return R"toml(title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["4 m"]
+points = [4]
+at = "cells"
+[material.m]
+conductivity = "1 W/(m K)"
+density = "1 kg/m^3"
+specific_heat = "1 J/(kg K)"
+[initial]
+temperature = { formula = "300 + x", unit = "K" }
+[time]
+end = "10 s"
+)toml" + keys;
+}
+
+TEST(ChoiceOfIntegrator, AcceptsAStepUpToTheGershgorinBoundInSilence) {
+  const Chosen chosen = choose(cells("integrator = \"euler\"\nstep = \"0.5 s\"\n"));
+  EXPECT_EQ(chosen.integrator->name(), "euler");
+  EXPECT_EQ(chosen.log, "");
+}
+
+TEST(ChoiceOfIntegrator, WarnsOfAStepAboveTheGershgorinBound) {
+  const double limit = 1 / (1 + std::cos(std::numbers::pi / 4));  // 0.586 s
+  const Chosen chosen = choose(cells(fmt::format("integrator = \"euler\"\nstep = \"{} s\"\n", 0.99 * limit)));
+  EXPECT_EQ(chosen.integrator->name(), "euler");
+  for (const std::string word : {"test.toml:17:8", "above the Gershgorin bound of 0.5 s", "0.585786 s"})
+    EXPECT_NE(chosen.log.find(word), std::string::npos) << chosen.log;
+}
+
+TEST(ChoiceOfIntegrator, RefusesAnUnstableStep) {
+  const double limit = 1 / (1 + std::cos(std::numbers::pi / 4));
+  const Error error =
+      error_of([&] { choose(cells(fmt::format("integrator = \"euler\"\nstep = \"{} s\"\n", 1.01 * limit))); });
+  EXPECT_EQ(error.fault(), Fault::bad_case);
+  for (const std::string word : {"test.toml:17:8", "unstable", "0.585786 s", "at most 0.5 s"})
+    EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+}
+
+TEST(ChoiceOfIntegrator, LeavesTheStepsOfStableIntegratorsAlone) {
+  for (const std::string name : {"rkl2", "backward-euler", "crank-nicolson", "tr-bdf2"})
+    EXPECT_EQ(choose(cells(fmt::format("integrator = \"{}\"\nstep = \"5 s\"\n", name))).log, "");
+}
+
+TEST(ChoiceOfIntegrator, TakesTheOneThatFits) {
+  EXPECT_EQ(choose(cells("")).integrator->name(), "tr-bdf2");
+  EXPECT_EQ(choose(plate + steel).integrator->name(), "rkl2");
+  EXPECT_EQ(choose(plate + steel + "[sph]\ncorrection = \"paper\"\n").integrator->name(), "euler");
+}
+
+TEST(ChoiceOfIntegrator, RefusesWhatDoesNotFit) {
+  const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
+    const Error error = error_of([&] { choose(text); });
+    EXPECT_EQ(error.fault(), Fault::bad_case);
+    for (const std::string& word : words)
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  };
+  refused(cells("integrator = \"backward-euler\"\n"), {"test.toml:16:14", "fixed steps", "tr-bdf2"});
+  refused(cells("integrator = \"crank-nicolson\"\n"), {"test.toml:16:14", "fixed steps"});
+  refused(cells("step = \"0 s\"\n"), {"test.toml:16:8", "a step of 0 is not positive"});
+  refused(cells("tolerance = \"-1 K\"\n"), {"test.toml:16:13", "a tolerance of -1 is not positive"});
+  refused(cells("safety = 1.5\n"), {"test.toml:16:10", "safety of 1.5"});
+  refused(plate + "integrator = \"rkl2\"\n" + steel + "[sph]\ncorrection = \"paper\"\n",
+          {"rkl2 does not know the algebraic wall points", "\"euler\""});
+}
+
+TEST(SteadyState, IsFoundWhereKDependsOnT) {
+  // k = 1 + a T between 0 and 1 K: T + a T^2 / 2 is linear in x, whatever the number of points.
+  for (const double a : {1., 4., 20.}) {
+    const CaseModel m(fmt::format(R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["1 m"]
+points = [11]
+[material.m]
+conductivity = {{ formula = "1 + {}*T", unit = "W/(m K)" }}
+[boundary.xmin]
+temperature = "0 K"
+[boundary.xmax]
+temperature = "1 K"
+[steady]
+)toml",
+                                  a));
+    State state = m.start();
+    const SteadyReport report = solve_steady(m.description(), m.system(), state);
+    for (int i = 0; i < m.cloud().owned; ++i) {
+      const double x = m.cloud().x[i].x;
+      EXPECT_NEAR(state.T[i], (std::sqrt(1 + a * (2 + a) * x) - 1) / a, 1e-11);
+    }
+    EXPECT_LE(report.newton_iterations, 12);
+    EXPECT_LE(report.residual, 1e-11);
+  }
+}
+
+TEST(SteadyState, BalancesRadiationAndFlux) {
+  // A plate heated by 5 kW/m^2 on one side radiates them on the other: T = (q / (eps sigma) + T_a^4)^(1/4) there, and
+  // q L / k more on the heated side.
+  const CaseModel m(R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["0.1 m", "0.05 m"]
+points = [11, 6]
+jitter = 0.2
+[material.m]
+conductivity = "2 W/(m K)"
+[boundary.xmin]
+flux = "5 kW/m^2"
+[boundary.xmax]
+radiation = { emissivity = 0.7, ambient = "300 K" }
+[steady]
+)toml");
+  State state = m.start();
+  solve_steady(m.description(), m.system(), state);
+  const double cold = std::pow(5000 / (0.7 * 5.670374419e-8) + std::pow(300, 4), 0.25);
+  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(state.T[i], cold + 5000 / 2. * (0.1 - m.cloud().x[i].x), 1e-7);
+}
+
+TEST(SteadyState, OfAPropertyThatTurnsNegativeIsRefusedWithPointAndTemperature) {
+  // At 500 K the conductivity is zero; 2 kW/m^2 would need more.
+  const std::string text = R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["1 m"]
+points = [6]
+[material.m]
+conductivity = { formula = "(5 - 0.01*T)*(1 + x)/2", unit = "W/(m K)" }
+density = "1 kg/m^3"
+specific_heat = "1 J/(kg K)"
+[initial]
+temperature = "300 K"
+[boundary.xmin]
+temperature = "300 K"
+[boundary.xmax]
+flux = "2 kW/m^2"
+)toml";
+  const auto expect_reason = [](const Error& error) {
+    EXPECT_EQ(error.fault(), Fault::numbers);
+    for (const std::string word : {"conductivity of 'm' is -", "at (1, 0, 0) m, T = 5"})
+      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  };
+  const CaseModel steady(text + "[steady]\n");
+  State state = steady.start();
+  expect_reason(error_of([&] { solve_steady(steady.description(), steady.system(), state); }));
+  for (const Named& kind : integrators()) {
+    const CaseModel m(text + "[time]\nend = \"1 s\"\n");
+    state = m.start();
+    expect_reason(error_of([&] { kind.make(steps_of(0.005))->advance(m.system(), state, 1, go_on); }));
+  }
+}
+
+TEST(SteadyState, OfAlgebraicWallsIsThatOfTheirMarch) {
+  const std::string text = R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["1 m", "1 m"]
+points = [6, 6]
+[sph]
+correction = "paper"
+[material.m]
+conductivity = { formula = "1 + 0.002*T", unit = "W/(m K)" }
+density = "1 kg/m^3"
+specific_heat = "1 J/(kg K)"
+[boundary.xmin]
+temperature = "300 K"
+[boundary.xmax]
+convection = { h = "3 W/(m^2 K)", ambient = "500 K" }
+radiation = { emissivity = 0.7, ambient = "400 K" }
+[boundary.ymin]
+flux = "70 W/m^2"
+)toml";
+  const CaseModel steady(text + "[steady]\n");
+  State at_rest = steady.start();
+  solve_steady(steady.description(), steady.system(), at_rest);
+  const CaseModel marching(text + "[initial]\ntemperature = \"350 K\"\n[time]\nend = \"10 s\"\n");
+  State state = marching.start();
+  make_euler({})->advance(marching.system(), state, 10, go_on);
+  EXPECT_LE(largest_difference(at_rest.T, state.T), 1e-8);
+}
+
+TEST(SteadyState, EndsATransientRunThatReachesIt) {
+  const auto end_of = [](const std::string& bound) {
+    const Case c = Case::parse(R"toml(
+title = "test"
+method = "sph"
+[cloud]
+shape = "box"
+size = ["1 m"]
+points = [9]
+[material.m]
+conductivity = "1 W/(m K)"
+density = "1 kg/m^3"
+specific_heat = "1 J/(kg K)"
+[initial]
+temperature = "0 K"
+[boundary.xmin]
+temperature = "1 K"
+[time]
+end = "100 s"
+integrator = "tr-bdf2"
+)toml" + bound,
+                               "test.toml");
+    return run(c, MPI_COMM_SELF, {.folder = "", .quiet = true}).numbers;
+  };
+  EXPECT_EQ(end_of("").at("end"), 100);
+  // The slowest mode decays like exp(-(pi/2)^2 t), its rate is 4/pi (pi/2)^2 exp(...): 1e-4 K/s after 4.2 s. The mean
+  // rate of the last step counts.
+  constexpr double pi = std::numbers::pi;
+  const double expected = std::log(4 / pi * std::pow(pi / 2, 2) / 1e-4) / std::pow(pi / 2, 2);
+  const auto numbers = end_of("steady_below = \"1e-4 K/s\"\n");
+  EXPECT_GE(numbers.at("end"), 0.95 * expected);
+  EXPECT_LE(numbers.at("end"), expected + 2 * numbers.at("largest_step"));
+}
+
+}  // namespace
+}  // namespace calor

@@ -1,0 +1,256 @@
+// Concentrated sources: where their heat goes, that its sum is the power asked for, and their paths.
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <fstream>
+#include <numbers>
+
+#include "base/parallel.hpp"
+#include "method_clouds.hpp"
+#include "source/path.hpp"
+#include "source/source.hpp"
+
+namespace calor {
+namespace {
+
+/// What every case needs besides.
+const std::string head =
+    "title = \"t\"\nmethod = \"sph\"\n[cloud]\nshape = \"box\"\nsize = [\"1 m\"]\npoints = [2]\n[material.m]\nlibrary "
+    "= \"iron\"\n[time]\nend = \"1 "
+    "s\"\n";
+
+std::vector<std::unique_ptr<Source>> sources_of(const std::string& text, const Cloud& cloud) {
+  const Case c = Case::parse(head + text, "weld.toml");
+  return make_sources(c, cloud);
+}
+
+/// Power into every owned point at a time.
+std::vector<double> power(Source& source, double t, const Cloud& cloud) {
+  std::vector<double> P(cloud.owned), T(cloud.owned, 300.0);
+  source.prepare(t);
+  source.add_power(t, T, P);
+  return P;
+}
+
+const std::string along_the_edge = R"(
+[[source.arc.pass]]
+from = ["0 mm", "0 mm"]
+to = ["20 mm", "0 mm"]
+speed = "10 mm/s"
+)";
+
+TEST(Source, PowerIsExactAtEdgesAndInHalfModels) {
+  for (const bool on_walls : {true, false}) {
+    const Cloud cloud = box_cloud({21, 11}, 1e-3, {.section = 2e-3, .on_walls = on_walls});
+    for (const char* kind : {"column = { sigma = \"2 mm\" }", "column = { radius = \"1 mm\" }", "line = {}"}) {
+      const auto all = sources_of(
+          fmt::format("[source.arc]\npower = \"1 kW\"\nefficiency = 0.8\nhalf = true\n{}\n{}", kind, along_the_edge),
+          cloud);
+      for (double t : {0.0, 0.03, 0.5, 1.0, 1.97, 2.0})
+        EXPECT_NEAR(sum(cloud.comm, power(*all[0], t, cloud)), 400, 400e-14) << kind << " at " << t;
+      EXPECT_EQ(sum(cloud.comm, power(*all[0], 2.1, cloud)), 0);
+      EXPECT_DOUBLE_EQ(all[0]->asked(1.0).value(), 400);
+      EXPECT_DOUBLE_EQ(all[0]->energy_asked(1.5).value(), 600);
+    }
+  }
+}
+
+TEST(Source, ACellGetsTheIntegralOfTheGaussianOverIt) {
+  const Cloud cloud = box_cloud({41, 41}, 1e-3);
+  const auto all = sources_of(
+      "[source.spot]\npower = \"1 W\"\nat = [\"20.3 mm\", \"19.1 mm\"]\ncolumn = { sigma = \"1.5 mm\" }\n", cloud);
+  const auto P = power(*all[0], 0, cloud);
+  const auto part = [](double x) {  // of N(0, 1.5 mm) in the cell around x
+    return 0.5 * (std::erf((x + 0.5e-3) / (std::numbers::sqrt2 * 1.5e-3)) -
+                  std::erf((x - 0.5e-3) / (std::numbers::sqrt2 * 1.5e-3)));
+  };
+  for (int i = 0; i < cloud.owned; ++i)
+    EXPECT_NEAR(P[i], part(cloud.x[i].x - 20.3e-3) * part(cloud.x[i].y - 19.1e-3), 1e-15);
+}
+
+TEST(Source, MirrorImagesKeepTheHeatSymmetricAboutAWall) {
+  // A quarter of a plate with the source in its corner gets what a quarter of the whole plate gets.
+  const Cloud quarter = box_cloud({11, 11}, 1e-3), whole = box_cloud({21, 21}, 1e-3);
+  const auto at_corner =
+      sources_of("[source.s]\npower = \"1 W\"\nat = [\"0 m\", \"0 m\"]\ncolumn = { sigma = \"1 mm\" }\n", quarter);
+  const auto in_middle =
+      sources_of("[source.s]\npower = \"4 W\"\nat = [\"10 mm\", \"10 mm\"]\ncolumn = { sigma = \"1 mm\" }\n", whole);
+  const auto P = power(*at_corner[0], 0, quarter), Q = power(*in_middle[0], 0, whole);
+  for (int i = 0; i < quarter.owned; ++i)
+    for (int j = 0; j < whole.owned; ++j) {
+      if (norm(whole.x[j] - (quarter.x[i] + Vec3{10e-3, 10e-3, 0})) > 1e-9) continue;
+      const double cut = quarter.volume[i] / whole.volume[j];  // cells on the cut are halves and a quarter
+      EXPECT_NEAR(P[i], cut * Q[j], 1e-14);
+    }
+}
+
+TEST(Source, TheDoubleEllipsoidHasItsPartsAheadAndBehind) {
+  const Cloud cloud = box_cloud({61, 21, 11}, 1e-3);
+  const auto all = sources_of(R"([source.arc]
+power = "1 kW"
+goldak = { width = "4 mm", depth = "4 mm", front = "5 mm", rear = "10 mm", into = "z" }
+[[source.arc.pass]]
+from = ["10.5 mm", "10 mm", "0 mm"]
+to = ["50.5 mm", "10 mm", "0 mm"]
+speed = "10 mm/s"
+)",
+                              cloud);
+  const auto P = power(*all[0], 2, cloud);
+  double ahead = 0;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (cloud.x[i].x > 30.5e-3) ahead += P[i];
+  // The cells' walls lie at half millimetres: f_f / 2 = c_f / (c_f + c_r) = 1/3.
+  EXPECT_NEAR(ahead, 1000. / 3, 1e-9);
+  EXPECT_NEAR(sum(cloud.comm, P), 1000, 1e-11);
+}
+
+TEST(Source, ReversedMotionReversesTheDoubleEllipsoid) {
+  const Cloud cloud = box_cloud({31, 11, 6}, 1e-3);
+  const auto moving = [&](const char* from, const char* to) {
+    return sources_of(fmt::format(R"([source.arc]
+power = "1 W"
+goldak = {{ width = "3 mm", depth = "3 mm", front = "3 mm", rear = "6 mm", into = "z" }}
+[[source.arc.pass]]
+from = ["{} mm", "5 mm", "0 mm"]
+to = ["{} mm", "5 mm", "0 mm"]
+speed = "10 mm/s"
+)",
+                                  from, to),
+                      cloud);
+  };
+  const auto there = moving("5", "25"), back = moving("25", "5");
+  const auto P = power(*there[0], 1, cloud), Q = power(*back[0], 1, cloud);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (int j = 0; j < cloud.owned; ++j) {
+      if (norm(cloud.x[j] - Vec3{30e-3 - cloud.x[i].x, cloud.x[i].y, cloud.x[i].z}) < 1e-9) {
+        EXPECT_NEAR(P[i], Q[j], 1e-15);
+      }
+    }
+  }
+}
+
+TEST(Source, SurfaceHeatEntersByItsFaceAlone) {
+  const Cloud cloud = box_cloud({21, 21, 5}, 1e-3);
+  const auto all = sources_of(
+      "[source.s]\npower = \"5 W\"\nat = [\"7 mm\", \"3 mm\", \"4 mm\"]\nsurface = { face = \"zmax\", sigma = \"1.5 "
+      "mm\" }\n",
+      cloud);
+  const auto P = power(*all[0], 0, cloud);
+  EXPECT_NEAR(sum(cloud.comm, P), 5, 1e-13);
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (cloud.x[i].z < 3.9e-3) {
+      EXPECT_EQ(P[i], 0);
+    }
+  }
+}
+
+TEST(Source, WithoutNormalisingWhatFallsBesideTheBodyIsLost) {
+  const Cloud cloud = box_cloud({41, 41}, 1e-3);
+  const auto all = sources_of(
+      "[source.s]\npower = \"1 W\"\nnormalise = false\nat = [\"0 m\", \"20 mm\"]\ncolumn = { sigma = \"2 mm\" }\n",
+      cloud);
+  EXPECT_NEAR(sum(cloud.comm, power(*all[0], 0, cloud)), 0.5, 1e-12);
+  EXPECT_EQ(all[0]->asked(0).value(), 1);
+  const auto half = sources_of(
+      "[source.s]\npower = \"1 W\"\nhalf = true\nnormalise = false\nat = [\"20 mm\", \"0 mm\"]\ncolumn = { sigma = \"2 "
+      "mm\" }\n",
+      cloud);
+  EXPECT_NEAR(sum(cloud.comm, power(*half[0], 0, cloud)), 0.5, 1e-12);
+  EXPECT_EQ(half[0]->asked(0).value(), 0.5);
+}
+
+TEST(SourceParallel, PowerIsExactOnIrregularCloudsAndForObliqueMotion) {
+  for (const double jitter : {0.0, 0.2}) {
+    const Cloud cloud = box_cloud({16, 10, 5}, 1e-3, {.jitter = jitter, .comm = MPI_COMM_WORLD});
+    for (const char* kind :
+         {"goldak = { width = \"4 mm\", depth = \"4 mm\", front = \"4 mm\", rear = \"8 mm\", into = \"z\" }",
+          "column = { sigma = \"1.5 mm\", along = \"z\" }", "surface = { face = \"zmin\", radius = \"4 mm\" }",
+          "line = { along = \"z\" }"}) {
+      const auto all = sources_of(fmt::format(R"([source.arc]
+power = "2 kW"
+{}
+[[source.arc.pass]]
+from = ["0 mm", "0 mm", "0 mm"]
+to = ["15 mm", "9 mm", "0 mm"]
+speed = "10 mm/s"
+)",
+                                              kind),
+                                  cloud);
+      for (double t : {0.0, 0.4, 1.3, 1.7})
+        EXPECT_NEAR(sum(cloud.comm, power(*all[0], t, cloud)), 2000, 2e-9) << kind << " at " << t;
+    }
+  }
+}
+
+TEST(Source, PassesChainWithPausesDwellsAndPowersOfTheirOwn) {
+  const Case c = Case::parse(head + R"([source.arc]
+power = "100 W"
+column = { sigma = "1 mm" }
+[[source.arc.pass]]
+from = ["0 mm", "0 mm"]
+to = ["10 mm", "0 mm"]
+speed = "10 mm/s"
+start = "1 s"
+[[source.arc.pass]]
+to = ["10 mm", "5 mm"]
+speed = "5 mm/s"
+power = "50 W"
+dwell = "2 s"
+[[source.arc.pass]]
+pause = "3 s"
+from = ["0 mm", "5 mm"]
+to = ["10 mm", "5 mm"]
+speed = "10 mm/s"
+)",
+                             "weld.toml");
+  const Path path = Path::read(c.section("source").sub("arc"), 2);
+  EXPECT_FALSE(path.at(0.5));
+  EXPECT_NEAR(path.at(1.25)->place.x, 2.5e-3, 1e-15);
+  EXPECT_NEAR(path.at(2.5)->place.y, 2.5e-3, 1e-15);
+  EXPECT_NEAR(path.at(2.5)->direction.y, 1, 1e-15);
+  EXPECT_EQ(path.at(2.5)->power, 50);
+  EXPECT_NEAR(path.at(4)->place.y, 5e-3, 1e-15);  // at rest
+  EXPECT_FALSE(path.at(6));
+  EXPECT_EQ(path.at(8.5)->power, 100);
+  EXPECT_NEAR(path.energy(100), 100 + 50 * 3 + 100, 1e-12);
+  const std::vector<double> breaks = path.breaks(), expected = {1, 2, 3, 5, 8, 9};
+  ASSERT_EQ(breaks.size(), expected.size());
+  for (std::size_t n = 0; n < breaks.size(); ++n) EXPECT_NEAR(breaks[n], expected[n], 1e-12);
+  EXPECT_NEAR(path.fastest(0, 10), 10e-3, 1e-15);
+  EXPECT_EQ(path.fastest(3.1, 4.9), 0);
+}
+
+TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
+  const std::string file = testing::TempDir() + "path.csv";
+  std::ofstream(file) << "t [s],x [mm],y [mm],power [W]\n0,0,0,100\n1,10,0,200\n1,10,0,400\n2,20,1,400\n";
+  const Case c =
+      Case::parse(head + "[source.arc]\ncolumn = { sigma = \"1 mm\" }\npath = \"" + file + "\"\n", "weld.toml");
+  const Path path = Path::read(c.section("source").sub("arc"), 2);
+  EXPECT_NEAR(path.at(0.5)->place.x, 5e-3, 1e-15);
+  EXPECT_NEAR(path.at(0.5)->power, 150, 1e-12);
+  EXPECT_NEAR(path.at(1.5)->power, 400, 1e-12);
+  EXPECT_FALSE(path.at(2.5));
+  EXPECT_NEAR(path.energy(2), 150 + 400, 1e-12);
+  EXPECT_EQ(path.breaks(), (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
+}
+
+TEST(Source, StepsGoNoFartherThanAThirdOfSigma) {
+  const Cloud cloud = box_cloud({21, 11}, 1e-3);
+  const auto all = sources_of("[source.arc]\npower = \"1 W\"\ncolumn = { sigma = \"3 mm\" }\n" + along_the_edge, cloud);
+  EXPECT_NEAR(all[0]->longest_step(0, 1), 0.3 * 3 / 10, 1e-12);
+  EXPECT_TRUE(std::isinf(all[0]->longest_step(2.1, 5)));
+}
+
+TEST(Source, OneThatNeverTouchesTheBodyIsRefused) {
+  const Cloud cloud = box_cloud({21, 11}, 1e-3);
+  try {
+    sources_of("[source.s]\npower = \"1 W\"\nat = [\"50 mm\", \"0 mm\"]\ncolumn = { radius = \"3 mm\" }\n", cloud);
+    FAIL();
+  } catch (const Error& e) {
+    EXPECT_NE(std::string(e.what()).find("never touches the body"), std::string::npos) << e.what();
+  }
+}
+
+}  // namespace
+}  // namespace calor
