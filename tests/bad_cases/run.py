@@ -22,7 +22,7 @@ EARLIER = {"report.json": '{"passed": true}\n', "probes.csv": "time [s],a [K]\n0
 
 
 def contents(folder):
-    return {str(path.relative_to(folder)): path.read_text() for path in folder.rglob("*") if path.is_file()}
+    return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def faults(calor, case):
@@ -51,7 +51,7 @@ def faults(calor, case):
             (result / name).write_text(text)
         try_verb("run", words if "-o" in words else [*words, "-o", folder])
         if code != 5:
-            if contents(result) != EARLIER:
+            if contents(result) != {name: text.encode() for name, text in EARLIER.items()}:
                 found.append(f"run changed an earlier result: {sorted(contents(result))}")
             if "-o" not in words:
                 try_verb("check", words)
