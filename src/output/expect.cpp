@@ -10,170 +10,16 @@
 #include <optional>
 
 #include "base/parallel.hpp"
-#include "base/units.hpp"
 #include "case/where.hpp"
+#include "output/comparison.hpp"
 #include "output/files.hpp"
-#include "output/reference.hpp"
 
 namespace calor {
 namespace {
 
-/// What can be compared.
-struct Quantity {
-  std::string name, unit;
-  std::string plural;       // in sentences
-  std::string column;       // in the files of compared points
-  bool is_of_body = false;  // one number, rather than one a point
-};
-
-const std::vector<Quantity>& quantities() {
-  static const std::vector<Quantity> all = {
-      {"temperature", "K", "temperatures", "T"},
-      {"conductivity", "W/(m K)", "conductivities", "k"},
-      {"volumetric_heat_capacity", "J/(m^3 K)", "volumetric heat capacities", "rho c"},
-      {"volume_fraction", "", "volume fractions", "v"},
-      {"peak_temperature", "K", "peak temperatures", "T"},
-      {"cooling_time", "s", "cooling times", "t"},
-      {"extent", "m", "extents", "length", true},
-      {"average_temperature", "K", "average temperatures", "T", true}};
-  return all;
-}
-
-struct Tolerance {
-  double value;  // in the unit of the quantity, or percent
-  bool is_relative;
-};
-
-struct Result {
-  double error, value, reference;  // error in the unit of the tolerance; the other two only of probes
-};
-
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
 
-/// One [[expect]] on temperatures or properties.
-struct Comparison {
-  Table table;
-  const Quantity* quantity;
-  int number;  // place in the case, from 1
-  std::string name;
-  bool is_steady;
-  std::vector<double> times;        // s; one without meaning where steady
-  std::vector<Tolerance> within;    // one, or one a time
-  std::vector<Tolerance> at_least;  // none, or as many
-  int probe = -1;
-  std::vector<int> points{};  // owned, unless a probe
-  std::optional<Function> value{};
-  std::optional<PointReference> reference{};
-  std::vector<double> probe_reference{};
-  std::vector<std::optional<Result>> results{};  // one a time
-
-  const Tolerance& tolerance(std::size_t k) const { return within[within.size() == 1 ? 0 : k]; }
-  bool passes(double error, std::size_t k) const {
-    const double least = at_least.empty() ? 0 : at_least[at_least.size() == 1 ? 0 : k].value;
-    return error >= least && error <= tolerance(k).value;
-  }
-};
-
-/// One [[expect]] on a number of the report.
-struct ReportBound {
-  std::string number;
-  bool is_upper;
-  double bound;
-  std::string name;
-};
-
 bool reached(double t, double at) { return std::abs(t - at) <= 1e-9 * std::max(std::abs(t), std::abs(at)); }
-
-/// Exactly one of the keys is written; returns it.
-std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose) {
-  std::string found;
-  for (const std::string& key : keys) {
-    if (!table.has(key) || (key == "field" && !table.flag(key))) continue;
-    if (!found.empty())
-      table.refuse(key, fmt::format("'{}' and '{}' in one [[expect]]", found, key), "keep one of the two");
-    found = key;
-  }
-  if (found.empty())
-    table.refuse("", "[[expect]] does not say " + purpose, fmt::format("add one of {}", fmt::join(keys, ", ")));
-  return found;
-}
-
-void refuse_others(const Table& table, const std::string& subject, const std::vector<std::string>& keys) {
-  for (const std::string& key : keys)
-    if (table.has(key)) table.refuse(key, fmt::format("'{}' does not go with '{}'", key, subject), "leave it out");
-}
-
-std::vector<double> read_times(const Case& c, const Table& table) {
-  if (c.root().has("steady")) {
-    if (table.has("at")) table.refuse("at", "a steady case has no times", "leave 'at' out");
-    return {0};
-  }
-  const double end = c.section("time").number("end");
-  if (!table.has("at")) return {end};
-  const std::vector<double> times = table.numbers("at");
-  for (double t : times)
-    if (t < 0 || t > end * (1 + 1e-9))
-      table.refuse("at", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),
-                   "choose an earlier time, or a later end of [time]");
-  return times;
-}
-
-std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
-                                        std::size_t times) {
-  std::vector<Tolerance> out;
-  for (const auto& [value, unit] : table.quantities_with_units(key)) {
-    const bool is_relative = unit == "%";
-    try {
-      out.push_back({is_relative ? value : difference_to_si(value, unit, quantity.unit), is_relative});
-    } catch (const std::invalid_argument& e) {
-      table.refuse(key, fmt::format("\"{} {}\" is no difference of {}: {}", value, unit, quantity.plural, e.what()),
-                   quantity.unit.empty()
-                       ? "write a number, or in %: 1e-3 or \"0.02 %\""
-                       : fmt::format("write it in {0} or in %, e.g. \"0.2 {0}\" or \"0.02 %\"", quantity.unit));
-    }
-    if (!(out.back().value >= 0))
-      table.refuse(key, fmt::format("{} is negative", value), "the allowed difference is a positive number");
-  }
-  if (out.size() != 1 && out.size() != times)
-    table.refuse(key, fmt::format("{} differences for {} times", out.size(), times),
-                 "give one for all times, or one a time");
-  return out;
-}
-
-/// Largest or root-mean-square difference of distributed values. Collective.
-double difference(MPI_Comm comm, std::span<const double> T, std::span<const double> reference, const std::string& norm,
-                  const std::string& of, bool is_relative) {
-  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, largest = 0;
-  for (double ref : reference) {
-    lowest = std::min(lowest, ref), highest = std::max(highest, ref);
-    largest = std::max(largest, std::abs(ref));
-  }
-  double scale = 1;
-  if (is_relative && of == "maximum") scale = max(comm, largest) / 100;
-  if (is_relative && of == "range") scale = (max(comm, highest) - min(comm, lowest)) / 100;
-
-  std::vector<double> squares(T.size());
-  double most = 0;
-  bool is_finite = true;
-  for (std::size_t i = 0; i < T.size(); ++i) {
-    double error = std::abs(T[i] - reference[i]);
-    const double by = is_relative && of == "value" ? std::abs(reference[i]) / 100 : scale;
-    error = error == 0 ? 0 : error / by;
-    is_finite = is_finite && std::isfinite(error);
-    most = std::max(most, error);
-    squares[i] = error * error;
-  }
-  const auto count = static_cast<double>(total(comm, static_cast<std::int64_t>(T.size())));
-  const double result = norm == "rms" ? std::sqrt(sum(comm, squares) / count) : max(comm, most);
-  return any(comm, !is_finite) ? nan : result;
-}
-
-double report_bound(const Table& table, const std::string& key) {
-  const auto written = table.quantities_with_units(key);
-  if (written.size() != 1 || !written[0].second.empty())
-    table.refuse(key, "the bound of a number of the report is one number without unit", "write it so, e.g. 1e-12");
-  return written[0].first;
-}
 
 }  // namespace
 
@@ -214,7 +60,7 @@ void Expectations::Parts::read_report(const Table& table) {
     const std::string name = table.has("name")
                                  ? table.text("name")
                                  : fmt::format("{} {}", number, key == "at_most" ? "at most" : "at least");
-    bounds.push_back({number, key == "at_most", report_bound(table, key), name});
+    bounds.push_back({number, key == "at_most", read_report_bound(table, key), name});
   }
   if (bounds.size() == first)
     table.refuse("report", "[[expect]] with 'report' has no bound", "add at_most = 1e-12 or at_least = 1");

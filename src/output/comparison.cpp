@@ -1,0 +1,118 @@
+#include "output/comparison.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "base/parallel.hpp"
+#include "base/units.hpp"
+
+namespace calor {
+
+const std::vector<Quantity>& quantities() {
+  static const std::vector<Quantity> all = {
+      {"temperature", "K", "temperatures", "T"},
+      {"conductivity", "W/(m K)", "conductivities", "k"},
+      {"volumetric_heat_capacity", "J/(m^3 K)", "volumetric heat capacities", "rho c"},
+      {"volume_fraction", "", "volume fractions", "v"},
+      {"peak_temperature", "K", "peak temperatures", "T"},
+      {"cooling_time", "s", "cooling times", "t"},
+      {"extent", "m", "extents", "length", true},
+      {"average_temperature", "K", "average temperatures", "T", true}};
+  return all;
+}
+
+std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose) {
+  std::string found;
+  for (const std::string& key : keys) {
+    if (!table.has(key) || (key == "field" && !table.flag(key))) continue;
+    if (!found.empty())
+      table.refuse(key, fmt::format("'{}' and '{}' in one [[expect]]", found, key), "keep one of the two");
+    found = key;
+  }
+  if (found.empty())
+    table.refuse("", "[[expect]] does not say " + purpose, fmt::format("add one of {}", fmt::join(keys, ", ")));
+  return found;
+}
+
+void refuse_others(const Table& table, const std::string& subject, const std::vector<std::string>& keys) {
+  for (const std::string& key : keys)
+    if (table.has(key)) table.refuse(key, fmt::format("'{}' does not go with '{}'", key, subject), "leave it out");
+}
+
+std::vector<double> read_times(const Case& c, const Table& table) {
+  if (c.root().has("steady")) {
+    if (table.has("at")) table.refuse("at", "a steady case has no times", "leave 'at' out");
+    return {0};
+  }
+  const double end = c.section("time").number("end");
+  if (!table.has("at")) return {end};
+  const std::vector<double> times = table.numbers("at");
+  for (double t : times)
+    if (t < 0 || t > end * (1 + 1e-9))
+      table.refuse("at", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),
+                   "choose an earlier time, or a later end of [time]");
+  return times;
+}
+
+std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
+                                        std::size_t times) {
+  std::vector<Tolerance> out;
+  for (const auto& [value, unit] : table.quantities_with_units(key)) {
+    const bool is_relative = unit == "%";
+    try {
+      out.push_back({is_relative ? value : difference_to_si(value, unit, quantity.unit), is_relative});
+    } catch (const std::invalid_argument& e) {
+      table.refuse(key, fmt::format("\"{} {}\" is no difference of {}: {}", value, unit, quantity.plural, e.what()),
+                   quantity.unit.empty()
+                       ? "write a number, or in %: 1e-3 or \"0.02 %\""
+                       : fmt::format("write it in {0} or in %, e.g. \"0.2 {0}\" or \"0.02 %\"", quantity.unit));
+    }
+    if (!(out.back().value >= 0))
+      table.refuse(key, fmt::format("{} is negative", value), "the allowed difference is a positive number");
+  }
+  if (out.size() != 1 && out.size() != times)
+    table.refuse(key, fmt::format("{} differences for {} times", out.size(), times),
+                 "give one for all times, or one a time");
+  return out;
+}
+
+double difference(MPI_Comm comm, std::span<const double> T, std::span<const double> reference, const std::string& norm,
+                  const std::string& of, bool is_relative) {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest, largest = 0;
+  for (double ref : reference) {
+    lowest = std::min(lowest, ref), highest = std::max(highest, ref);
+    largest = std::max(largest, std::abs(ref));
+  }
+  double scale = 1;
+  if (is_relative && of == "maximum") scale = max(comm, largest) / 100;
+  if (is_relative && of == "range") scale = (max(comm, highest) - min(comm, lowest)) / 100;
+
+  std::vector<double> squares(T.size());
+  double most = 0;
+  bool is_finite = true;
+  for (std::size_t i = 0; i < T.size(); ++i) {
+    double error = std::abs(T[i] - reference[i]);
+    const double by = is_relative && of == "value" ? std::abs(reference[i]) / 100 : scale;
+    error = error == 0 ? 0 : error / by;
+    is_finite = is_finite && std::isfinite(error);
+    most = std::max(most, error);
+    squares[i] = error * error;
+  }
+  const auto count = static_cast<double>(total(comm, static_cast<std::int64_t>(T.size())));
+  const double result = norm == "rms" ? std::sqrt(sum(comm, squares) / count) : max(comm, most);
+  return any(comm, !is_finite) ? std::numeric_limits<double>::quiet_NaN() : result;
+}
+
+double read_report_bound(const Table& table, const std::string& key) {
+  const auto written = table.quantities_with_units(key);
+  if (written.size() != 1 || !written[0].second.empty())
+    table.refuse(key, "the bound of a number of the report is one number without unit", "write it so, e.g. 1e-12");
+  return written[0].first;
+}
+
+}  // namespace calor

@@ -1,0 +1,84 @@
+#pragma once
+// What an [[expect]] asks for, as read from its table.
+#include <mpi.h>
+
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/function.hpp"
+#include "case/case.hpp"
+#include "output/reference.hpp"
+
+namespace calor {
+
+/// What can be compared.
+struct Quantity {
+  std::string name, unit;
+  std::string plural;       // in sentences
+  std::string column;       // in the files of compared points
+  bool is_of_body = false;  // one number, rather than one a point
+};
+
+const std::vector<Quantity>& quantities();
+
+struct Tolerance {
+  double value;  // in the unit of the quantity, or percent
+  bool is_relative;
+};
+
+struct Result {
+  double error, value, reference;  // error in the unit of the tolerance; the other two only of probes
+};
+
+/// One [[expect]] on temperatures or properties.
+struct Comparison {
+  Table table;
+  const Quantity* quantity;
+  int number;  // place in the case, from 1
+  std::string name;
+  bool is_steady;
+  std::vector<double> times;        // s; one without meaning where steady
+  std::vector<Tolerance> within;    // one, or one a time
+  std::vector<Tolerance> at_least;  // none, or as many
+  int probe = -1;
+  std::vector<int> points{};  // owned, unless a probe
+  std::optional<Function> value{};
+  std::optional<PointReference> reference{};
+  std::vector<double> probe_reference{};
+  std::vector<std::optional<Result>> results{};  // one a time
+
+  const Tolerance& tolerance(std::size_t k) const { return within[within.size() == 1 ? 0 : k]; }
+  bool passes(double error, std::size_t k) const {
+    const double least = at_least.empty() ? 0 : at_least[at_least.size() == 1 ? 0 : k].value;
+    return error >= least && error <= tolerance(k).value;
+  }
+};
+
+/// One [[expect]] on a number of the report.
+struct ReportBound {
+  std::string number;
+  bool is_upper;
+  double bound;
+  std::string name;
+};
+
+/// Exactly one of the keys is written; returns it.
+std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose);
+/// None of the keys goes with the subject.
+void refuse_others(const Table& table, const std::string& subject, const std::vector<std::string>& keys);
+/// Times of the comparison, s; a single one without meaning in a steady case.
+std::vector<double> read_times(const Case& c, const Table& table);
+/// `within` or `at_least`: one difference for all times, or one a time.
+std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
+                                        std::size_t times);
+/// `at_most` or `at_least` of a number of the report.
+double read_report_bound(const Table& table, const std::string& key);
+
+/// Largest or root-mean-square difference of distributed values, NaN where one is not finite. Collective.
+double difference(MPI_Comm comm, std::span<const double> T, std::span<const double> reference, const std::string& norm,
+                  const std::string& of, bool is_relative);
+
+}  // namespace calor
