@@ -109,9 +109,10 @@ class Paper:
     # Running ------------------------------------------------------------------------------------------------------
 
     def run(self, calor, result):
-        """Runs a case, or with "case/variant" one of its variants."""
-        name, _, variant = result.partition("/")
-        command = [calor, "run", str(self.folder / f"{name}.toml"), "-o", str(self.results / result), "--quiet"]
+        """Runs a case, or with "case/variant" one of its variants; words after it change keys: "case key=value"."""
+        case, *changes = result.split()
+        name, _, variant = case.partition("/")
+        command = [calor, "run", str(self.folder / f"{name}.toml"), *changes, "-o", str(self.results / result), "--quiet"]
         if variant:
             command.append(f"variant={variant}")
         print("running", result, flush=True)

@@ -17,8 +17,75 @@ paper = Paper(HERE, results="results/dan", figures="figures/dan")
 CELSIUS = 273.15
 
 
+def layout(result, number, title):
+    points, _ = paper.field(result, 15.0)
+    figure, axes = plt.subplots(figsize=(7, 3.8))
+    axes.plot(1e3 * points[:, 0], 1e3 * points[:, 1], "k.", markersize=2)
+    axes.set(title=f"Fig. {number}: {title}, {len(points)} points", xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
+    paper.save(figure, f"fig{number:02}.png")
+
+
+# Points along the plate and across, and supports and radii of the circles over spacing.
+GRIDS, SUPPORTS, RADII = ((21, 11), (31, 16), (41, 21), (61, 31), (81, 41)), (1.8, 2.3, 2.8), (0.3, 0.5, 0.7)
+
+
+def circles(support, radius, grid):
+    return f"circles mlpg.support={support} mlpg.radius={radius} cloud.points=[{grid[0]},{grid[1]}]"
+
+
+def tiles(grid):
+    return f"W2D/mlpg cloud.points=[{grid[0]},{grid[1]}]"
+
+
+def study():
+    """Figs. 6 and 7: average temperature and melt length at 15 s over the number of points."""
+    figure, axes = plt.subplots(2, 3, figsize=(11, 6.4), sharex=True, sharey="row")
+    count = [nx * ny for nx, ny in GRIDS]
+
+    def at_15(result):
+        weld = read_csv(paper.results / result / "weld.csv")
+        row = abs(weld["time"] - 15).argmin()
+        return weld["average"][row] - CELSIUS, 1e3 * weld["length"][row], weld["theory"][row] - CELSIUS
+
+    plain = np.array([at_15(tiles(grid)) for grid in GRIDS])
+    for column, support in enumerate(SUPPORTS):
+        average, length = axes[:, column]
+        for radius in RADII:
+            values = np.array([at_15(circles(support, radius, grid)) for grid in GRIDS])
+            average.semilogx(count, values[:, 0], "o-", markersize=4, label=f"radius {radius:g} d")
+            length.semilogx(count, values[:, 1], "o-", markersize=4)
+        average.semilogx(count, plain[:, 0], "s:", color="0.5", markersize=4, label="tiles, support 2.3 d")
+        length.semilogx(count, plain[:, 1], "s:", color="0.5", markersize=4)
+        average.axhline(plain[0, 2], color="k", linewidth=0.8)
+        length.axhline(39.44299, color="k", linewidth=0.8)
+        average.set(title=f"circles, support {support:g} d")
+        length.set(xlabel="points")
+    axes[0, 0].set(ylabel="Fig. 6: average at 15 s [°C]")
+    axes[1, 0].set(ylabel="Fig. 7: melt length at 15 s [mm]")
+    axes[0, 0].legend(fontsize=8)
+    paper.save(figure, "fig06-07.png")
+
+
+def graded_averages():
+    """Fig. 10: average temperature and weld line on all points and on 930 in rows."""
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.8))
+    line = paper.reference("W2D-weldline.csv", t=15.0)
+    right.plot(line["x"], line["T"], "k-", linewidth=0.8, label="Green's functions")
+    for n, (result, label) in enumerate((("W2D/mlpg", "1891 points"), ("W2D/mlpg-rows", "930 points in rows"))):
+        weld = read_csv(paper.results / result / "weld.csv")
+        left.plot(weld["time"], weld["average"] - CELSIUS, ("-", "--")[n], color=f"C{n}", label=label)
+        x, T = paper.on_line(result, 15.0, y=0.0)
+        right.plot(1e3 * x, T - CELSIUS, "ox"[n], color=f"C{n}", markersize=3.5, markerfacecolor="none", label=label)
+    left.axhline(189.85138, color="k", linewidth=0.8)
+    left.set(title="Fig. 10: average temperature (line: theory)", xlabel="t [s]", ylabel="T [°C]")
+    right.set(title="weld line at 15 s", xlabel="x [mm]")
+    left.legend(fontsize=8)
+    right.legend(fontsize=8)
+    paper.save(figure, "fig10.png")
+
+
 def melt_length():
-    """Figs. 6 and 7: average temperature and melt length over time."""
+    """Average temperature and melt length over time."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6))
     for n, case in enumerate(("W2D", "W2DS")):
         weld, line = read_csv(paper.results / case / "weld.csv"), paper.reference(f"{case}-melt-length.csv")
@@ -29,7 +96,7 @@ def melt_length():
     left.set(title="average temperature (dashed: theory)", xlabel="t [s]", ylabel="T [°C]")
     right.set(title="melt length (circles: Green's functions)", xlabel="t [s]", ylabel="[mm]")
     left.legend(fontsize=8)
-    paper.save(figure, "fig06-07.png")
+    paper.save(figure, "melt-length.png")
 
 
 def temperatures():
@@ -87,8 +154,12 @@ def histories():
 
 
 DRAWN = {
-    6: (melt_length, ["W2D", "W2DS"]),
+    4: (lambda: layout("W2D", 4, "uniform"), ["W2D"]),
+    6: (study, [circles(s, r, grid) for grid in GRIDS for s in SUPPORTS for r in RADII] + [tiles(grid) for grid in GRIDS]),
+    7: (melt_length, ["W2D", "W2DS"]),
     8: (temperatures, ["W2D"]),
+    9: (lambda: layout("W2D/mlpg-rows", 9, "rows"), ["W2D/mlpg-rows"]),
+    10: (graded_averages, ["W2D/mlpg", "W2D/mlpg-rows"]),
     11: (lines, ["W2D"]),
     12: (section, ["W3D"]),
     13: (histories, ["W3D"]),

@@ -105,6 +105,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
   located(cloud_place,
           [&] { phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, m.weights); }); });
+  if (const CellSamples* subdomains = sites->subdomains())
+    for (const auto& source : sources) source->integrate_over(*subdomains);
   if (const Places* at = sites->conduction_places()) material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
   if (const Places* at = sites->capacity_places()) material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
   if (const double negative = number(m.weights, "negative_weights"); negative > 0)

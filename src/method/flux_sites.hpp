@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/vec3.hpp"
+#include "cloud/cell_samples.hpp"
 
 namespace calor {
 
@@ -116,6 +117,8 @@ class FluxSites {
   // hold the heat of their cells at their own temperature.
   virtual const Places* conduction_places() const { return nullptr; }
   virtual const CellPlaces* capacity_places() const { return nullptr; }
+  /// The subdomains of the owned points, over which sources are integrated; null where they are the points' cells.
+  virtual const CellSamples* subdomains() const { return nullptr; }
   /// Temperatures of the owned points from the unknowns.
   virtual const SparseRows* point_values() const { return nullptr; }
 

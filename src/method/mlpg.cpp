@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -50,6 +51,13 @@ Places places_of(const Cloud& cloud, const Faces& faces) {
   return places;
 }
 
+CellSamples samples_of(const CellPlaces& cells) {
+  CellSamples samples{.point = {}, .row = cells.cell, .x = cells.x, .weight = cells.volume};
+  samples.point.resize(cells.cell.size() - 1);
+  std::iota(samples.point.begin(), samples.point.end(), 0);
+  return samples;
+}
+
 /// All heat of every subdomain at its point.
 void gather_at_points(const Cloud& cloud, CellPlaces& cells) {
   CellPlaces gathered = one_point(cloud);
@@ -60,12 +68,17 @@ void gather_at_points(const Cloud& cloud, CellPlaces& cells) {
   cells = std::move(gathered);
 }
 
-MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, CellPlaces cells, MlpgReport& report) {
+MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, CellPlaces cells,
+                          std::optional<CellSamples> subdomains, MlpgReport& report) {
   std::vector<Vec3> places = faces.x;
   places.insert(places.end(), cells.x.begin(), cells.x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const auto shapes = shape_rows(cloud, o.mls, o.support, places, faces.area, report.supports);
-  MlpgRows rows{.flux = {}, .conduction = places_of(cloud, faces), .cells = std::move(cells), .value = {}};
+  MlpgRows rows{.flux = {},
+                .conduction = places_of(cloud, faces),
+                .cells = std::move(cells),
+                .value = {},
+                .subdomains = std::move(subdomains)};
   for (std::size_t q = 0; q < faces.size(); ++q) {
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);
@@ -244,13 +257,15 @@ MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport&
   const auto build_sites = [&] {
     if (options.subdomain == MlpgSubdomain::sphere) {
       Subdomains spheres = sphere_subdomains(cloud, options.radius);
+      CellSamples samples = samples_of(spheres.cells);
       if (options.capacity == MlpgCapacity::one_point) gather_at_points(cloud, spheres.cells);
-      return parameter_sites(cloud, options, std::move(spheres.faces), std::move(spheres.cells), report);
+      return parameter_sites(cloud, options, std::move(spheres.faces), std::move(spheres.cells), std::move(samples),
+                             report);
     }
     Faces faces = cloud.box_lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
     if (values) return value_sites(cloud, options, std::move(faces), report);
     return parameter_sites(cloud, options, std::move(faces),
-                           options.capacity == MlpgCapacity::consistent ? gauss_points(cloud) : one_point(cloud),
+                           options.capacity == MlpgCapacity::consistent ? gauss_points(cloud) : one_point(cloud), {},
                            report);
   };
   MlpgSites sites = build_sites();

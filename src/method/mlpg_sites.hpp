@@ -3,6 +3,7 @@
 // Where the unknowns are MLS parameters, k_q is that at the face point; where they are the temperatures of the points,
 // the mean of its two points, as for pairs, and k(T) alone is taken in exactly: k grad T = grad theta, theta = integral
 // k dT.
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -17,7 +18,8 @@ struct MlpgRows {
   SparseRows flux;    ///< g_q at the face points, m
   Places conduction;  ///< the face points
   CellPlaces cells;
-  SparseRows value;  ///< Phi at the owned points
+  SparseRows value;                            ///< Phi at the owned points
+  std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
 };
 
 class MlpgSites final : public FluxSites {
@@ -33,6 +35,7 @@ class MlpgSites final : public FluxSites {
   std::span<const std::int32_t> coupled(int i) const override;
   const Places* conduction_places() const override { return nodal_ ? nullptr : &rows_.conduction; }
   const CellPlaces* capacity_places() const override { return nodal_ ? nullptr : &rows_.cells; }
+  const CellSamples* subdomains() const override { return rows_.subdomains ? &*rows_.subdomains : nullptr; }
   const SparseRows* point_values() const override { return nodal_ ? nullptr : &rows_.value; }
 
   const Faces& faces() const { return faces_; }

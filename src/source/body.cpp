@@ -1,4 +1,5 @@
-// Heat set free in the volume: P_i = Q(x_i, t, T_i) V_i.
+// Heat set free in the volume: P_i = Q(x_i, t, T_i) V_i, V_i the volume of the point's cell or subdomain.
+#include <numeric>
 #include <vector>
 
 #include "base/point_function.hpp"
@@ -11,16 +12,26 @@ namespace {
 class BodySource final : public Source {
  public:
   BodySource(const std::string& name, const Function& density, const Cloud& cloud)
-      : Source(name), density_(density, cloud.owned_points()), cloud_(cloud), work_(cloud.owned) {}
+      : Source(name),
+        density_(density, cloud.owned_points()),
+        cloud_(cloud),
+        volume_(cloud.volume.begin(), cloud.volume.begin() + cloud.owned),
+        work_(cloud.owned) {}
+
+  void integrate_over(const CellSamples& subdomains) override {
+    for (std::size_t i = 0; i < volume_.size(); ++i)
+      volume_[i] = std::accumulate(subdomains.weight.begin() + subdomains.row[i],
+                                   subdomains.weight.begin() + subdomains.row[i + 1], 0.0);
+  }
 
   void add_power(double t, std::span<const double> T, std::span<double> P) const override {
     density_.evaluate({.x = cloud_.owned_points(), .t = t, .T = T.first(work_.size())}, work_);
-    for (std::size_t i = 0; i < work_.size(); ++i) P[i] += work_[i] * cloud_.volume[i];
+    for (std::size_t i = 0; i < work_.size(); ++i) P[i] += work_[i] * volume_[i];
   }
   void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const override {
     if (!depends_on_temperature()) return;
     density_.derivative({.x = cloud_.owned_points(), .t = t, .T = T.first(work_.size())}, work_);
-    for (std::size_t i = 0; i < work_.size(); ++i) dP_dT[i] += work_[i] * cloud_.volume[i];
+    for (std::size_t i = 0; i < work_.size(); ++i) dP_dT[i] += work_[i] * volume_[i];
   }
   bool depends_on_temperature() const override { return density_.function().depends_on_temperature(); }
   std::vector<double> breaks() const override { return density_.function().breaks(); }
@@ -28,6 +39,7 @@ class BodySource final : public Source {
  private:
   PointFunction density_;  // W/m^3
   const Cloud& cloud_;
+  std::vector<double> volume_;  // m^3
   mutable std::vector<double> work_;
 };
 

@@ -100,6 +100,8 @@ class Concentrated final : public Source {
     extent_ = max(cloud.comm, high) - min(cloud.comm, low);
   }
 
+  void integrate_over(const CellSamples& subdomains) override { subdomains_ = &subdomains; }
+
   void prepare(double t) override {
     if (t == t_) return;
     t_ = t;
@@ -110,9 +112,10 @@ class Concentrated final : public Source {
     if (asked_ == 0) return;
     const Placed placed(shape_, *spot, cloud_.dimension);
     // Mirror images at the plane walls of a box give the walls no heat flux through them; elsewhere what falls beside
-    // the body is made up for by a factor.
-    const bool fold = normalise_ && box_ && box_->holds(placed.place(), placed.varies());
-    is_on_lattice_ = cells_ && placed.is_product();
+    // the body is made up for by a factor. Subdomains that overlap leave out or count twice what folding brings in,
+    // too.
+    const bool fold = (normalise_ || subdomains_) && box_ && box_->holds(placed.place(), placed.varies());
+    is_on_lattice_ = cells_ && !subdomains_ && placed.is_product();
     double inside;  // the part of the heat that falls on the body
     if (is_on_lattice_) {
       inside = fill_factors(placed, fold);
@@ -121,10 +124,10 @@ class Concentrated final : public Source {
       inside = sum(cloud_.comm, share_);
     }
     if (!normalise_)
-      power_ = asked_ / part_;  // of a half model the other half falls beside the body
+      power_ = fold ? asked_ : asked_ / part_;  // without images, half of a half model's heat falls beside the body
     else
       power_ = asked_ / (fold || inside / part_ >= least_part_inside ? inside : 1);
-    if (fold && !(inside > 0))
+    if (normalise_ && fold && !(inside > 0))
       throw Error(Fault::numbers,
                   fmt::format("source '{}' falls between the samples of the cells at t = {:g} s", name, t),
                   "give it a larger radius, or the cloud a smaller spacing");
@@ -209,17 +212,19 @@ class Concentrated final : public Source {
                                                        sampled * placed.reach(axis) + 1.5 * cloud_.spacing[i]);
       if (is_far) continue;
       const auto [begin, end] = samples_of(i);
+      const CellSamples& samples = subdomains_ ? *subdomains_ : samples_;
       double share = 0;
-      for (auto s = begin; s < end; ++s) share += samples_.weight[s] * scale * density(placed, samples_.x[s], fold);
+      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], fold);
       if (share == 0) continue;
       point_.push_back(i);
       share_.push_back(share);
     }
   }
 
-  /// Where the samples of a point's cell are in samples_. They are made when first asked for: a source that moves comes
-  /// by a part of the cloud only, but by that in many steps.
+  /// Where the samples of a point's subdomain or cell are. Those of cells are made when first asked for: a source that
+  /// moves comes by a part of the cloud only, but by that in many steps.
   std::pair<std::int64_t, std::int64_t> samples_of(int i) {
+    if (subdomains_) return {subdomains_->row[i], subdomains_->row[i + 1]};
     if (!sampler_) sampler_.emplace(cloud_), row_.assign(cloud_.owned, -1);
     if (row_[i] < 0) {
       CellSamples own;
@@ -276,6 +281,7 @@ class Concentrated final : public Source {
   double efficiency_, part_;
   bool normalise_;
   std::optional<BoxBody> box_;
+  const CellSamples* subdomains_ = nullptr;
   std::optional<CellSampler> sampler_;
   CellSamples samples_;            ///< of the points that the source has come by
   std::vector<std::int64_t> row_;  ///< of every owned point: its place in samples_, or -1

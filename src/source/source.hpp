@@ -10,6 +10,7 @@
 #include "base/function.hpp"
 #include "case/case.hpp"
 #include "case/schema.hpp"
+#include "cloud/cell_samples.hpp"
 #include "cloud/cloud.hpp"
 
 namespace calor {
@@ -18,6 +19,9 @@ class Source {
  public:
   explicit Source(std::string name) : name(std::move(name)) {}
   virtual ~Source() = default;
+  /// Heat goes in as integrals over these samples of all owned points: for methods whose subdomains are not the cells
+  /// of the points. They must outlive the source; to be called before anything else, on all ranks.
+  virtual void integrate_over(const CellSamples& subdomains) = 0;
   /// What needs all ranks, at time t: called before add_power. Collective.
   virtual void prepare(double /*t*/) {}
   /// P[i] += power into owned point i at time t, W. `T`: owned points.

@@ -160,6 +160,41 @@ TEST(Source, WithoutNormalisingWhatFallsBesideTheBodyIsLost) {
   EXPECT_EQ(half[0]->asked(0).value(), 0.5);
 }
 
+TEST(Source, OverlappingSubdomainsGetTheRawIntegralsOfTheirSamples) {
+  // Two samples a point, of its volume each: what goes in is twice the power, and normalised the power. A body source
+  // takes the volume of the samples.
+  const Cloud cloud = box_cloud({41, 21}, 1e-3, {.section = 2e-3});
+  CellSamples samples;
+  for (int i = 0; i < cloud.owned; ++i) {
+    samples.point.push_back(i);
+    samples.x.insert(samples.x.end(), 2, cloud.x[i]);
+    samples.weight.insert(samples.weight.end(), 2, cloud.volume[i]);
+    samples.row.push_back(2 * (i + 1));
+  }
+  for (const bool normalise : {false, true}) {
+    const auto all = sources_of(
+        fmt::format("[source.arc]\npower = \"1 kW\"\nhalf = true\nat = [\"1 mm\", \"0 mm\"]\nnormalise = {}\n"
+                    "column = {{ sigma = \"2 mm\" }}\n[source.body]\npower_density = \"3 W/m^3\"\n",
+                    normalise),
+        cloud);
+    for (const auto& source : all) source->integrate_over(samples);
+    const auto P = power(*all[0], 0, cloud);
+    // The density folded at both walls of the corner; its sums over equidistant points are exact.
+    EXPECT_NEAR(sum(cloud.comm, P), normalise ? 500 : 1000, 1e-3);
+    const auto density = [](double x, double y) {
+      return 1000 / (2 * std::numbers::pi * 4e-6 * 2e-3) * std::exp(-(x * x + y * y) / 8e-6);
+    };
+    for (int i = 0; i < cloud.owned; ++i) {
+      const Vec3& x = cloud.x[i];
+      const double folded = density(x.x - 1e-3, x.y) + density(x.x + 1e-3, x.y);
+      if (norm(x) < 5e-3) {
+        EXPECT_NEAR(P[i], (normalise ? 1 : 2) * folded * cloud.volume[i], 1e-5 * P[i]);
+      }
+    }
+    EXPECT_NEAR(sum(cloud.comm, power(*all[1], 0, cloud)), 2 * 3 * sum(cloud.comm, cloud.volume), 1e-12);
+  }
+}
+
 TEST(SourceParallel, PowerIsExactOnIrregularCloudsAndForObliqueMotion) {
   for (const double jitter : {0.0, 0.2}) {
     const Cloud cloud = box_cloud({16, 10, 5}, 1e-3, {.jitter = jitter, .comm = MPI_COMM_WORLD});
