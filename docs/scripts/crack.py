@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws docs/crack.png: the temperature of cases/start/crack.toml beside the exact one, and the jump across the crack.
+"""Draws docs/img/crack.png: the temperature of cases/start/crack.toml beside the exact one, and the jump across the crack.
 
   calor run cases/start/crack.toml variant=80 -o results/crack/80 && docs/scripts/crack.py
 
@@ -14,8 +14,8 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
-sys.path.insert(0, str(ROOT / "cases" / "rong-kisu"))
-from figures import read_vtu  # noqa: E402
+sys.path.insert(0, str(ROOT / "cases"))
+from plotting import read_vtu  # noqa: E402
 
 fields = read_vtu(next(p for p in sorted(pathlib.Path("results/crack/80/fields").iterdir()) if p.suffix in (".vtu", ".pvtu")))
 x, y = fields["Points"][:, 0], fields["Points"][:, 1]
@@ -37,4 +37,4 @@ right.plot(s, np.sqrt(np.clip(a**2 - s**2, 0, None)), "k", s, -np.sqrt(np.clip(a
 right.plot(x[beside], T[beside], ".", color="tab:red", markersize=4)
 right.set(title="faces of the crack: exact (line), points beside (dots)", xlabel="x [m]", ylabel="T [K]")
 plt.tight_layout()
-plt.savefig(ROOT / "docs" / "crack.png", dpi=110)
+plt.savefig(ROOT / "docs" / "img" / "crack.png", dpi=110)
