@@ -17,7 +17,6 @@ namespace {
 TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions, const std::vector<double>& T_start,
                                 double& driving_mean) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  std::vector<double> driving;  // of conditions: sum, count
   double driving_sum = 0, driving_count = 0;
   const auto see = [&](double T) { low = std::min(low, T), high = std::max(high, T); };
   const auto see_driving = [&](double T) { see(T), driving_sum += T, driving_count += 1; };
