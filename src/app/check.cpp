@@ -12,8 +12,8 @@ namespace calor {
 int check_case(const Case& c, MPI_Comm comm) {
   Phases phases;
   Model model = build_model(c, comm, phases);
-  Probes probes(c, *model.cloud);
   HeatSystem& system = *model.system;
+  Probes probes(c, *model.cloud, &system.sites());
   const Cloud& cloud = *model.cloud;
   const CloudCheck sound = check(cloud);
   Start begin = start(model);

@@ -91,7 +91,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
       fmt::format("{} points in {}D, method {}", cloud.count, cloud.dimension, chosen_method(c).name));
   for (const std::string& note : model.notes) say(spdlog::level::info, note);
 
-  Probes probes(c, cloud);
+  Probes probes(c, cloud, &system.sites());
   Start begin = start(model);
   State& state = begin.state;
   const std::unique_ptr<WeldResults> weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
@@ -123,9 +123,10 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     result.numbers["newton_iterations"] = report.newton_iterations;
     result.numbers["linear_iterations"] = static_cast<double>(report.linear_iterations);
     result.numbers["residual"] = report.residual;
-    probe_log.record(state.t, owned());
+    const auto T = owned();
+    probe_log.record(state.t, state.T);
     show();
-    expectations.observe(state, true, owned());
+    expectations.observe(state, true, T);
   } else {
     const Table time = c.section("time");
     const double end = time.number("end");
@@ -147,15 +148,16 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
       if (state.t == sampled_at) return;
       sampled_at = state.t;
       energy.record(state);
-      probe_log.record(state.t, owned());
-      if (weld) weld->record(state, owned());
+      const auto T = owned();
+      probe_log.record(state.t, state.T);
+      if (weld) weld->record(state, T);
     };
     Progress progress(comm, end, options.quiet);
     std::vector<double> T_before = time.has("steady_below") ? state.T : std::vector<double>{};
     double t_before = 0;
     const auto after_step = [&](const State& s) {
       progress.show(s.t, integrator->counts.steps);
-      if (weld) weld->observe(s.t, owned());
+      if (weld) weld->observe(s, owned());
       if (s.t >= next_sample * (1 - 1e-12) && !stops.contains(s.t)) {
         sample();
         next_sample = (std::floor(s.t / sample_every * (1 + 1e-12)) + 1) * sample_every;
@@ -170,7 +172,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
       return !is_over && result.interrupted_by == 0;
     };
 
-    if (weld) weld->observe(0, owned());
+    if (weld) weld->observe(state, owned());
     sample();
     show();
     expectations.observe(state, false, owned());

@@ -15,7 +15,11 @@ namespace calor {
 namespace {
 
 constexpr int most_solves = 6;
+constexpr double exactly = 1e-12, roughly = 1e-2;
 constexpr double floor_of_clip = 0.02;
+/// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
+/// little. More would lower the error further; so many cost nothing, for the last solution is near by then.
+constexpr int fits = 5;
 
 double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G) {
   const auto R = linear_residual(cloud, neighbours, G);
@@ -114,6 +118,11 @@ void count_negative(const Cloud& cloud, std::span<const double> G, CorrectionRep
   report.most_negative = report.negative > 0 ? smallest * static_cast<double>(report.pairs) / sum(cloud.comm, size) : 0;
 }
 
+/// Lifts weights to a small part of what they were.
+void clip(std::span<const double> base, std::span<double> g) {
+  for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+}
+
 }  // namespace
 
 void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report) {
@@ -132,13 +141,13 @@ void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbo
   int solves = 0;
   for (bool negative = true; negative;) {
     const std::vector<double> base = g;
-    const auto solve = enforce_linear_consistency(cloud, neighbours, g);
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g, exactly);
     if (solves++ == 0) report.change = solve.change;
     report.lambda_iterations += solve.iterations;
     const auto below_zero = [](double G) { return G < 0; };
     negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
     if (!negative || solves == most_solves) break;
-    for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+    clip(base, g);
   }
   report.lambda_solves += solves;
   report.residual = largest_residual(cloud, neighbours, g);
@@ -185,9 +194,15 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
   // The fit aims at points on the walls, or none at all; off the walls it would need the patches' own moments, and does
   // not pay.
-  if (cloud.points_on_walls || truncated_faces(cloud, neighbours) == 0)
-    report.moment_iterations = fit_second_moments(cloud, neighbours, g);
-
+  if (cloud.points_on_walls || truncated_faces(cloud, neighbours) == 0) {
+    for (int fit = 1; fit <= fits; ++fit) {
+      report.moment_iterations += fit_second_moments(cloud, neighbours, g);
+      if (fit == fits) break;
+      const std::vector<double> base = g;
+      report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
+      clip(base, g);
+    }
+  }
   enforce_with_positive_weights(cloud, neighbours, g, report);
   return g;
 }

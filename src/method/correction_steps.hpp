@@ -26,8 +26,10 @@ struct LambdaSolve {
   double change;  ///< max |G/g - 1|
 };
 
-/// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i.
-LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+/// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i, up to `tolerance` of
+/// what it was off by.
+LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
+                                       double tolerance);
 
 /// The same, again and again from weights without the negative ones (kept at 0.02 of what they were), until there are
 /// none, six times at most. Books solves, residual and what is left of negative weights.

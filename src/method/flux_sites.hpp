@@ -5,6 +5,7 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -121,6 +122,9 @@ class FluxSites {
   virtual const CellSamples* subdomains() const { return nullptr; }
   /// Temperatures of the owned points from the unknowns.
   virtual const SparseRows* point_values() const { return nullptr; }
+  /// Temperatures at other places from the unknowns of the local points, for places within a spacing of an owned point;
+  /// nothing where the method knows temperatures at its points only. Collective; throws Error.
+  virtual std::optional<SparseRows> value_rows(std::span<const Vec3>) const { return std::nullopt; }
 
   /// Times at which the sites themselves change (bonds that fail), and the change: to be called at these times.
   virtual std::vector<double> breaks() const { return {}; }

@@ -97,7 +97,8 @@ std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbou
   return R;
 }
 
-LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
+                                       double tolerance) {
   // sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j) = R_i: the stiffness matrix of a truss, semi-definite with the
   // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal.
   const auto& x = cloud.x;
@@ -142,8 +143,9 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   const double size = std::pow(spacing, cloud.dimension - 1) * cloud.section;
   const double round_off = 1e-13 * size * std::sqrt(static_cast<double>(cloud.count));
   std::vector<double> solution(3 * static_cast<std::size_t>(cloud.owned));
-  const auto solved = conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<const Vec3>(R)),
-                                          solution, {.relative = 1e-12, .absolute = round_off, .iterations = 20000});
+  const auto solved =
+      conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<const Vec3>(R)), solution,
+                          {.relative = tolerance, .absolute = round_off, .iterations = 20000});
   set_lambda(solution);
   if (!solved.converged) {
     std::vector<double> Kl(solution.size());

@@ -73,12 +73,16 @@ MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces,
   std::vector<Vec3> places = faces.x;
   places.insert(places.end(), cells.x.begin(), cells.x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
-  const auto shapes = shape_rows(cloud, o.mls, o.support, places, faces.area, report.supports);
+  const std::vector<double> R_first = support_radii(cloud, o.support);
+  std::vector<double> R = R_first;
+  const auto shapes = shape_rows(cloud, o.mls, o.support, R, places, faces.area);
+  report.supports = report_of(cloud, R_first, R);
   MlpgRows rows{.flux = {},
                 .conduction = places_of(cloud, faces),
                 .cells = std::move(cells),
                 .value = {},
-                .subdomains = std::move(subdomains)};
+                .subdomains = std::move(subdomains),
+                .shapes = {o.mls, o.support, std::move(R)}};
   for (std::size_t q = 0; q < faces.size(); ++q) {
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);

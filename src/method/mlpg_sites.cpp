@@ -174,6 +174,13 @@ void MlpgSites::heat_flux(const Conductivity& k, std::span<const double> T, std:
   }
 }
 
+std::optional<SparseRows> MlpgSites::value_rows(std::span<const Vec3> places) const {
+  if (nodal_) return std::nullopt;
+  std::vector<double> R = rows_.shapes.R;
+  ShapeRows shapes = shape_rows(cloud_, rows_.shapes.mls, rows_.shapes.size, R, places, {});
+  return SparseRows{std::move(shapes.row), std::move(shapes.column), std::move(shapes.phi)};
+}
+
 std::span<const std::int32_t> MlpgSites::coupled(int i) const {
   return {coupled_.data() + first_coupled_[i], static_cast<std::size_t>(first_coupled_[i + 1] - first_coupled_[i])};
 }

@@ -10,8 +10,16 @@
 #include "cloud/cloud.hpp"
 #include "method/faces.hpp"
 #include "method/flux_sites.hpp"
+#include "method/supports.hpp"
 
 namespace calor {
+
+/// Moving least squares with the supports that the sites were built with.
+struct ShapeFunctions {
+  MovingLeastSquares mls;
+  SupportSize size;
+  std::vector<double> R;  ///< of all local points, m
+};
 
 /// Rows over the unknowns: MLS parameters, or values at the points.
 struct MlpgRows {
@@ -20,6 +28,7 @@ struct MlpgRows {
   CellPlaces cells;
   SparseRows value;                            ///< Phi at the owned points
   std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
+  ShapeFunctions shapes = {};                  ///< for values at other places
 };
 
 class MlpgSites final : public FluxSites {
@@ -37,6 +46,7 @@ class MlpgSites final : public FluxSites {
   const CellPlaces* capacity_places() const override { return nodal_ ? nullptr : &rows_.cells; }
   const CellSamples* subdomains() const override { return rows_.subdomains ? &*rows_.subdomains : nullptr; }
   const SparseRows* point_values() const override { return nodal_ ? nullptr : &rows_.value; }
+  std::optional<SparseRows> value_rows(std::span<const Vec3> places) const override;
 
   const Faces& faces() const { return faces_; }
   const SparseRows& flux_rows() const { return rows_.flux; }

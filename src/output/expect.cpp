@@ -45,7 +45,7 @@ struct Expectations::Parts {
   /// The quantity at the owned points.
   std::vector<double> values(const Comparison& comparison, double t, std::span<const double> T) const;
   void compare(Comparison& comparison, std::size_t k, const State& state, std::span<const double> T) const;
-  double at_probe(const Comparison& comparison, double t, std::span<const double> T) const;
+  double at_probe(const Comparison& comparison, const State& state, std::span<const double> T) const;
   double of_body(const Comparison& comparison, const State& state, std::span<const double> T) const;
   void write(const Comparison& comparison, std::size_t k, const PointReference::Values& reference,
              std::span<const double> values) const;
@@ -188,14 +188,15 @@ std::vector<double> Expectations::Parts::values(const Comparison& e, double t, s
 
 double Expectations::Parts::of_body(const Comparison& e, const State& state, std::span<const double> T) const {
   if (e.quantity->name == "average_temperature") return weld->average(state, T);
-  return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of(T).length();
+  return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of_temperatures(state.T).length();
 }
 
 /// What a probe went through is not what the points around it went through, interpolated: it has a history of its own.
-double Expectations::Parts::at_probe(const Comparison& e, double t, std::span<const double> T) const {
+double Expectations::Parts::at_probe(const Comparison& e, const State& state, std::span<const double> T) const {
+  if (e.quantity->name == "temperature") return probes.temperatures(state.T)[e.probe];
   if (e.quantity->name == "peak_temperature") return weld->probes().peak()[e.probe];
   if (e.quantity->name == "cooling_time") return weld->probes().cooling()[e.probe];
-  return probes.sample(values(e, t, T))[e.probe];
+  return probes.sample(values(e, state.t, T))[e.probe];
 }
 
 void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& state, std::span<const double> T) const {
@@ -203,7 +204,7 @@ void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& sta
   const bool is_relative = e.tolerance(k).is_relative;
   const std::string of = e.table.text("of");
   if (e.probe >= 0 || e.quantity->is_of_body) {
-    const double value = e.probe >= 0 ? at_probe(e, t, T) : of_body(e, state, T);
+    const double value = e.probe >= 0 ? at_probe(e, state, T) : of_body(e, state, T);
     const Vec3 place = e.probe >= 0 ? probes.places()[e.probe] : Vec3{};
     const double reference = e.value ? (*e.value)(place, t) : e.probe_reference[k];
     const double error =

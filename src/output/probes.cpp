@@ -122,10 +122,12 @@ std::vector<std::array<int, 3>> monomials(int dimension) {
 std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, const Cloud& cloud) {
   const int n = static_cast<int>(near.size()), dimension = cloud.dimension;
   // The weight vanishes at the farthest point, so that of several at the same distance none is preferred; unless these
-  // are all points that there are.
-  const double reach = (n == cloud.count ? 2 : 1) * near.back().distance;
+  // are all points that there are. It is steep at the probe, so that a peak next to it is not flattened by the points
+  // that a cubic needs in all.
+  const double reach = (n == cloud.count ? 2 : 1) * near.back().distance, spacing = near.front().spacing;
   Eigen::VectorXd root_w(n);
-  for (int i = 0; i < n; ++i) root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 1.5);
+  for (int i = 0; i < n; ++i)
+    root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 3) / std::hypot(near[i].distance / spacing, 0.1);
   if (n == 1) root_w[0] = 1;
 
   Eigen::VectorXd best;
@@ -157,7 +159,7 @@ std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candida
 
 }  // namespace
 
-Probes::Probes(const Case& c, const Cloud& cloud) : comm_(cloud.comm), first_slot_{0} {
+Probes::Probes(const Case& c, const Cloud& cloud, const FluxSites* sites) : comm_(cloud.comm), first_slot_{0} {
   const Table section = c.section("probe");
   for (const std::string& name : section.keys()) {
     const std::vector<double> at = section.numbers(name);
@@ -173,11 +175,20 @@ Probes::Probes(const Case& c, const Cloud& cloud) : comm_(cloud.comm), first_slo
     for (std::size_t axis = 0; axis < at.size(); ++axis) place[static_cast<int>(axis)] = at[axis];
     add(cloud, place, name, section.place(name));
   }
+  ask(sites);
 }
 
-Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places)
+Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const FluxSites* sites)
     : comm_(cloud.comm), first_slot_{0} {
   for (std::size_t p = 0; p < places.size(); ++p) add(cloud, places[p], names[p], {});
+  ask(sites);
+}
+
+void Probes::ask(const FluxSites* sites) {
+  if (!sites || places_.empty()) return;
+  std::vector<Vec3> own;
+  for (const int p : own_) own.push_back(places_[p]);
+  value_rows_ = sites->value_rows(own);
 }
 
 void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case) {
@@ -194,6 +205,7 @@ void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name,
     if (near[i].rank == rank_of(comm_))
       entries_.push_back({.slot = first + static_cast<int>(i), .point = near[i].point, .weight = weight[i]});
   first_slot_.push_back(first + static_cast<int>(near.size()));
+  if (near.front().rank == rank_of(comm_)) own_.push_back(static_cast<int>(names_.size()));
   names_.push_back(name);
   places_.push_back(place);
 }
@@ -209,6 +221,14 @@ std::vector<double> Probes::sample(std::span<const double> field) const {
   return values;
 }
 
+std::vector<double> Probes::temperatures(std::span<const double> T) const {
+  if (!value_rows_) return sample(T);
+  std::vector<double> values(names_.size(), 0);
+  for (std::size_t n = 0; n < own_.size(); ++n) values[own_[n]] = value_rows_->times(n, T);
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  return values;
+}
+
 ProbeLog::ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder) : probes_(probes) {
   if (folder.empty() || probes.names().empty()) return;
   std::string header = "time [s]";
@@ -217,7 +237,7 @@ ProbeLog::ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folde
 }
 
 void ProbeLog::record(double t, std::span<const double> T) {
-  std::vector<double> row = probes_.sample(T);
+  std::vector<double> row = probes_.temperatures(T);
   row.insert(row.begin(), t);
   log_.row(row);
 }

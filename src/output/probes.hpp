@@ -1,5 +1,7 @@
 #pragma once
-// Temperatures at given places, interpolated from the nearest points (cubic where the points allow).
+// Temperatures at given places: by the method's own shape functions, or interpolated from the nearest points (cubic
+// where the points allow).
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -7,24 +9,31 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "method/flux_sites.hpp"
 #include "output/files.hpp"
 
 namespace calor {
 
 class Probes {
  public:
-  /// Probes of [probe]. Refuses a probe outside the body. Collective.
-  Probes(const Case& c, const Cloud& cloud);
+  /// Probes of [probe]. Refuses a probe outside the body. `sites`: whose unknowns give the temperatures; without them
+  /// these are fields like any other. Collective.
+  Probes(const Case& c, const Cloud& cloud, const FluxSites* sites = nullptr);
   /// At given places (m), for other users. Collective.
-  Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places);
+  Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places,
+         const FluxSites* sites = nullptr);
 
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<Vec3>& places() const { return places_; }
   /// One value per probe from a field of the owned points, on every rank; the same bits on any number of ranks.
   /// Collective.
   std::vector<double> sample(std::span<const double> field) const;
+  /// The temperatures of the probes from the unknowns, as HeatSystem::values leaves them (ghosts up to date).
+  /// Collective.
+  std::vector<double> temperatures(std::span<const double> T) const;
 
  private:
+  void ask(const FluxSites* sites);
   void add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case);
 
   std::vector<std::string> names_;
@@ -36,7 +45,9 @@ class Probes {
     double weight;
   };
   std::vector<Entry> entries_;
-  std::vector<int> first_slot_;  // of every probe, and the number of all slots
+  std::vector<int> first_slot_;           // of every probe, and the number of all slots
+  std::vector<int> own_;                  // probes next to points of this rank
+  std::optional<SparseRows> value_rows_;  // of these
 };
 
 /// probes.csv: a row of probe temperatures a time. Only rank 0 writes; every row is on disk when record returns.
@@ -44,7 +55,7 @@ class ProbeLog {
  public:
   /// Empty folder or no probes: writes nothing. Throws Error(file). Collective.
   ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder);
-  void record(double t, std::span<const double> T);  ///< T: owned points. Collective.
+  void record(double t, std::span<const double> T);  ///< T: see Probes::temperatures. Collective.
 
  private:
   const Probes& probes_;

@@ -77,21 +77,25 @@ double crossing(std::span<const double> T, std::size_t k, double level) {
 }  // namespace
 
 Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-               const Place& in_case)
+               const Place& in_case, const FluxSites* sites)
     : name_(name),
       isotherm_(isotherm),
       step_(norm(to - from) / static_cast<double>(samples_on(cloud, from, to) - 1)),
       line_([&] {
         const std::size_t count = samples_on(cloud, from, to);
         try {
-          return Probes(cloud, std::vector<std::string>(count, "on the line of " + name), line_places(from, to, count));
+          return Probes(cloud, std::vector<std::string>(count, "on the line of " + name), line_places(from, to, count),
+                        sites);
         } catch (const Error& e) {
           throw Error(e.fault(), in_case, e.problem(), e.cure());
         }
       }()) {}
 
-Extent::Part Extent::of(std::span<const double> field) const {
-  const std::vector<double> T = line_.sample(field);
+Extent::Part Extent::of_field(std::span<const double> field) const { return of(line_.sample(field)); }
+
+Extent::Part Extent::of_temperatures(std::span<const double> T) const { return of(line_.temperatures(T)); }
+
+Extent::Part Extent::of(const std::vector<double>& T) const {
   const auto is_hot = [&](double value) { return value > isotherm_; };
   const auto first = std::ranges::find_if(T, is_hot);
   if (first == T.end()) return {};
@@ -126,7 +130,7 @@ WeldResults::WeldResults(const Case& c, const HeatSystem& system, const Probes& 
     const Vec3 from = end_of(table, "from", cloud), to = end_of(table, "to", cloud);
     if (from == to) table.refuse("to", "the line ends where it begins", "give two places");
     extents_.emplace_back(name, cloud, from, to, (table.has("isotherm") ? table : weld).number("isotherm"),
-                          table.place());
+                          table.place(), &system.sites());
     header_ += fmt::format(",{0} [m],{0} from [m],{0} to [m]", name);
   }
   largest_.resize(extents_.size());
@@ -142,15 +146,17 @@ void WeldResults::open(const std::string& folder) {
   if (!folder.empty()) log_ = CsvLog(system_.cloud().comm, folder + "/weld.csv", header_);
 }
 
-void WeldResults::observe(double t, std::span<const double> T) {
-  points_.observe(t, T);
-  if (!probes_.names().empty()) at_probes_.observe(t, probes_.sample(T));
-  for (std::size_t e = 0; e < extents_.size(); ++e) largest_[e] = std::max(largest_[e], extents_[e].of(T).length());
+void WeldResults::observe(const State& state, std::span<const double> T) {
+  points_.observe(state.t, T);
+  if (!probes_.names().empty()) at_probes_.observe(state.t, probes_.temperatures(state.T));
+  for (std::size_t e = 0; e < extents_.size(); ++e)
+    largest_[e] = std::max(largest_[e], extents_[e].of_temperatures(state.T).length());
 }
 
 double WeldResults::average(const State& state, std::span<const double> T) const {
   const Cloud& cloud = system_.cloud();
-  if (system_.material().capacity_depends_on_T()) {
+  // The heat of subdomains that overlap is not that of the body.
+  if (system_.material().capacity_depends_on_T() || system_.sites().subdomains()) {
     const auto V = std::span(cloud.volume).first(cloud.owned);
     return dot(cloud.comm, T, V) / sum(cloud.comm, V);
   }
@@ -169,7 +175,7 @@ void WeldResults::record(const State& state, std::span<const double> T) {
   std::vector<double> row{state.t, average(state, T)};
   if (const auto expected = theory(state.t)) row.push_back(*expected);
   for (const Extent& extent : extents_) {
-    const Extent::Part part = extent.of(T);
+    const Extent::Part part = extent.of_temperatures(state.T);
     row.insert(row.end(), {part.length(), part.begin, part.end});
   }
   log_.row(row);
@@ -192,7 +198,7 @@ std::map<std::string, double> WeldResults::finish(const State& state, std::span<
     numbers["average_temperature_error"] = std::abs(average(state, T) - *expected) / std::abs(*expected - start_mean_);
   for (std::size_t e = 0; e < extents_.size(); ++e) {
     numbers["largest_" + extents_[e].name()] = largest_[e];
-    numbers["peak_" + extents_[e].name()] = extents_[e].of(points_.peak()).length();
+    numbers["peak_" + extents_[e].name()] = extents_[e].of_field(points_.peak()).length();
   }
   return numbers;
 }

@@ -21,17 +21,20 @@ class Extent {
  public:
   /// Refuses lines outside the body. Collective.
   Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-         const Place& in_case);
+         const Place& in_case, const FluxSites* sites = nullptr);
 
   struct Part {
     double begin = 0, end = 0;  ///< distances from `from`, m; equal where nothing is hotter
     double length() const { return end - begin; }
   };
-  /// From a field of the owned points; crossings are interpolated by cubics. Collective.
-  Part of(std::span<const double> field) const;
+  // Crossings are interpolated by cubics. Collective.
+  Part of_field(std::span<const double> field) const;     ///< of the owned points
+  Part of_temperatures(std::span<const double> T) const;  ///< T: see Probes::temperatures
   const std::string& name() const { return name_; }
 
  private:
+  Part of(const std::vector<double>& on_line) const;
+
   std::string name_;
   double isotherm_, step_;
   Probes line_;  ///< equally spaced
@@ -47,15 +50,16 @@ class WeldResults {
   /// Error.
   void open(const std::string& folder);
 
-  /// After every step. T: temperatures of the owned points. Collective.
-  void observe(double t, std::span<const double> T);
+  // T: temperatures of the owned points, as HeatSystem::values gives them from those of the state.
+  void observe(const State& state, std::span<const double> T);  ///< After every step. Collective.
   /// A row of weld.csv: time, average, theory, extents. Collective.
   void record(const State& state, std::span<const double> T);
   /// cooling.csv and numbers for the report. Collective.
   std::map<std::string, double> finish(const State& state, std::span<const double> T);
 
   const std::vector<Extent>& extents() const { return extents_; }
-  /// Average temperature of the body, weighted by heat capacity; by volume where that depends on temperature. K.
+  /// Average temperature of the body, weighted by heat capacity; by volume where that depends on temperature or the
+  /// subdomains of the points overlap. K.
   double average(const State& state, std::span<const double> T) const;
   /// What it would be without losses: that of the start and the heat asked of the sources over the heat capacity.
   std::optional<double> theory(double t) const;

@@ -139,7 +139,7 @@ TEST(Cracks, WouldHealWithoutTheAreasOfTheirFaces) {
   Cracked c = intact(cloud, 1);
   const Cracks cracks(cloud, {crack_of_the_plate});
   for (const Crossing& x : cracks.crossings(c.neighbours)) c.G[x.entry] *= 1 - x.fraction;
-  enforce_linear_consistency(cloud, c.neighbours, c.G);
+  enforce_linear_consistency(cloud, c.neighbours, c.G, 1e-12);
   const auto R = linear_residual(cloud, c.neighbours, c.G);
   for (const Vec3& r : R) EXPECT_LE(norm(r), 1e-12);
   EXPECT_GE(plate_errors(cloud, PairSites(cloud, c.neighbours, c.G)).jump, 0.7);

@@ -2,9 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
-#include <map>
+#include <numeric>
 
 #include "base/parallel.hpp"
 #include "cloud/lattice.hpp"
@@ -77,8 +78,7 @@ TEST(Jitter, GivesPointsOfALineTheHalvesOfTheirIntervals) {
   EXPECT_NEAR(length[11], (1.1 - x(10)) / 2, 1e-15);
 }
 
-TEST(Jitter, CountsTheVolumesOfARegularLattice) {
-  // Without displacement the nearest-point cells are the cut cells of the lattice; sub-cells end on their faces.
+TEST(Jitter, GivesPointsOfARegularLatticeTheCutCellsOfTheLattice) {
   for (int dimension : {2, 3}) {
     const Lattice lattice(jittered(dimension, 0));
     const std::vector<double> volume = nearest_point_volumes(lattice, {0, lattice.count()});
@@ -86,6 +86,33 @@ TEST(Jitter, CountsTheVolumesOfARegularLattice) {
       double exact = 1;
       for (int a = 0; a < dimension; ++a) exact *= lattice.width(a, lattice.index(id)[a]);
       EXPECT_NEAR(volume[id], exact, 1e-12 * exact);
+    }
+  }
+}
+
+TEST(Jitter, GivesVolumesThatFillTheBoxAndAreWhereNearestPlacesAre) {
+  for (int dimension : {2, 3}) {
+    for (const bool on_walls : {true, false}) {
+      BoxLattice box = jittered(dimension, 0.49);
+      box.on_walls = on_walls;
+      const Lattice lattice(box);
+      const std::vector<double> volume = nearest_point_volumes(lattice, {0, lattice.count()});
+      std::vector<Vec3> x;
+      for (std::int64_t id = 0; id < lattice.count(); ++id) x.push_back(lattice.position(lattice.index(id)));
+      const double whole = dimension == 2 ? 1.1 * 0.8 : 1.1 * 0.8 * 0.5;
+      EXPECT_NEAR(std::accumulate(volume.begin(), volume.end(), 0.0), whole, 1e-13);
+
+      constexpr int n = 40000;  // places all over the box, and the points nearest to them
+      std::vector<int> count(x.size(), 0);
+      for (int s = 0; s < n; ++s) {
+        const Vec3 u = hashed_uniform(99, s), p{1.1 * u.x, 0.8 * u.y, dimension == 2 ? 0 : 0.5 * u.z};
+        const auto nearest = std::ranges::min_element(x, {}, [&](const Vec3& y) { return norm(y - p); });
+        ++count[nearest - x.begin()];
+      }
+      for (std::size_t i = 0; i < x.size(); ++i) {
+        const double expected = n * volume[i] / whole;
+        EXPECT_NEAR(count[i], expected, 5 * std::sqrt(expected) + 1) << "five standard deviations";
+      }
     }
   }
 }

@@ -8,6 +8,7 @@
 #include <cmath>
 
 #include "case_models.hpp"
+#include "method/mlpg.hpp"
 #include "method_clouds.hpp"
 #include "results.hpp"
 
@@ -154,6 +155,23 @@ TEST(Probes, KnowTheInsideOfADisc) {
   }
 }
 
+TEST(Probes, TakeTemperaturesBetweenPointsFromTheShapeFunctionsOfTheMethod) {
+  // T^h = Phi T^ anywhere: linear parameters give linear temperatures; and at a point, the point's own value, which is
+  // not its parameter.
+  const Cloud cloud = box_cloud({9, 8}, 0.125, {.jitter = 0.2});
+  MlpgReport report;
+  const MlpgSites sites = mlpg_sites(cloud, MlpgOptions::defaults(2, false), report);
+  const Vec3 on_a_point = cloud.x[30], between{0.31, 0.47}, at_a_wall{0.2, 0};
+  const Probes probes(cloud, {"on", "between", "wall"}, {on_a_point, between, at_a_wall}, &sites);
+  const auto linear = field(cloud, 1), rough = field(cloud, 9);
+  const auto T = probes.temperatures(linear);
+  EXPECT_NEAR(T[0], polynomial(on_a_point, 1, 2), 1e-13);
+  EXPECT_NEAR(T[1], polynomial(between, 1, 2), 1e-13);
+  EXPECT_NEAR(T[2], polynomial(at_a_wall, 1, 2), 1e-13);
+  EXPECT_NEAR(probes.temperatures(rough)[0], sites.point_values()->times(30, rough), 1e-13);
+  EXPECT_NE(probes.temperatures(rough)[0], rough[30]);
+}
+
 TEST(ProbesParallel, GiveTheSameBitsOnAnyNumberOfRanks) {
   const BoxOptions alone{.jitter = 0.2};
   BoxOptions shared = alone;
@@ -166,6 +184,14 @@ TEST(ProbesParallel, GiveTheSameBitsOnAnyNumberOfRanks) {
     places.push_back({0.5 + 0.5 * scattered(n), 0.44 + 0.43 * scattered(n + 0.5)});
   }
   EXPECT_EQ(Probes(a, names, places).sample(field(a, 5)), Probes(b, names, places).sample(field(b, 5)));
+  const auto by_shape_functions = [&](const Cloud& cloud) {
+    MlpgReport report;
+    const MlpgSites sites = mlpg_sites(cloud, MlpgOptions::defaults(2, true), report);
+    std::vector<double> T;
+    for (const Vec3& x : cloud.x) T.push_back(polynomial(x, 5, 2));
+    return Probes(cloud, names, places, &sites).temperatures(T);
+  };
+  EXPECT_EQ(by_shape_functions(a), by_shape_functions(b));
 }
 
 TEST(ProbesParallel, WriteTheirLog) {

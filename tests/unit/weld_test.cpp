@@ -44,13 +44,13 @@ TEST(WeldParallel, TheExtentOfAParabolaIsExact) {
   std::vector<double> T(cloud.owned);  // hotter than 500 K for |x - 8.2 mm| < 5 mm
   for (int i = 0; i < cloud.owned; ++i) T[i] = 1000 - 2e7 * std::pow(cloud.x[i].x - 8.2e-3, 2);
   const Extent extent("length", cloud, {0, 4e-3, 0}, {20e-3, 4e-3, 0}, 500, {});
-  const Extent::Part part = extent.of(T);
+  const Extent::Part part = extent.of_field(T);
   EXPECT_NEAR(part.begin, 3.2e-3, 1e-12);
   EXPECT_NEAR(part.end, 13.2e-3, 1e-12);
   const Extent none("none", cloud, {0, 4e-3, 0}, {20e-3, 4e-3, 0}, 1001, {});
-  EXPECT_EQ(none.of(T).length(), 0);
+  EXPECT_EQ(none.of_field(T).length(), 0);
   const Extent all("all", cloud, {0, 4e-3, 0}, {20e-3, 4e-3, 0}, -3000, {});
-  EXPECT_NEAR(all.of(T).length(), 20e-3, 1e-15);
+  EXPECT_NEAR(all.of_field(T).length(), 20e-3, 1e-15);
 }
 
 TEST(Melting, TheEnthalpyTakesUpTheLatentHeatBetweenSolidusAndLiquidus) {
