@@ -29,7 +29,7 @@ Cloud square(std::int64_t n, double jitter = 0, std::int64_t thick = 0, MPI_Comm
                        .points = {n, n, std::max<std::int64_t>(thick, 1)},
                        .origin = {-1, -1, 0},
                        .jitter = jitter};
-  return distribute(comm, make_box(comm, box), Support{crack_reach});
+  return distribute(comm, make_box(comm, box), Support{4});
 }
 
 struct Cracked {
