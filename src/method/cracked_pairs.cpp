@@ -30,13 +30,13 @@ void add_columns(std::vector<double>& columns, const Vec3& x, const Vec3& a) {
   columns.insert(columns.end(), {a.x, a.y, a.z, m.x, m.y, m.z});
 }
 
-/// Adds w_i (c + omega cross (x_i - centre)) to the area vectors so that they have the wanted resultant and moment; w_i
-/// is |a_i|, of the points on the surface if there are any. The area vectors of walls do not end where a crack does,
-/// and what a part of the body lacks in balance is missing there.
-void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted) {
+/// Adds w_i (c + omega cross (x_i - centre)) to the area vectors so that they have the wanted resultant and moment. w_i
+/// is |a_i|; beside a full cut that of points on the surface, if there are any: the area vectors of walls do not end
+/// where a crack does, and what a part of the body lacks in balance is missing there.
+void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted, bool full_cut) {
   const auto on_surface = [&](int i) { return !(cloud.area[i] == Vec3{}); };
   bool mouths = false;
-  for (int i = 0; i < cloud.owned; ++i) mouths = mouths || (on_surface(i) && !(area[i] == Vec3{}));
+  for (int i = 0; i < cloud.owned; ++i) mouths = mouths || (full_cut && on_surface(i) && !(area[i] == Vec3{}));
   mouths = any(cloud.comm, mouths);
   std::vector<double> w(cloud.owned), columns, weights;
   for (int i = 0; i < cloud.owned; ++i) {
@@ -100,6 +100,7 @@ std::vector<Vec3> areas_of_faces(const Cloud& cloud, const Cracks& cracks, const
   std::vector<Vec3> area(cloud.owned);
   for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
     if (!is_surface(cracks.all()[crack])) continue;
+    const bool full_cut = cracks.is_full_cut(static_cast<int>(crack));
     std::vector<Vec3> faces(cloud.owned);
     std::vector<double> columns;
     for (const bool upper : {true, false}) {
@@ -107,8 +108,8 @@ std::vector<Vec3> areas_of_faces(const Cloud& cloud, const Cracks& cracks, const
         faces[pair.point] += (pair.lost * dot(pair.x_ji, pair.normal)) * pair.normal;
         add_columns(columns, cloud.x[pair.point], pair.lost * pair.x_ji);
       }
-      if (upper && !cracks.is_full_cut(static_cast<int>(crack))) continue;  // one part of the body: both faces at once
-      balance(cloud, faces, total_of(cloud, columns));
+      if (upper && !full_cut) continue;  // one part of the body: both faces at once
+      balance(cloud, faces, total_of(cloud, columns), full_cut);
       for (int i = 0; i < cloud.owned; ++i) area[i] += faces[i];
       std::ranges::fill(faces, Vec3{});
       columns.clear();
