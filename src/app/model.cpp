@@ -6,7 +6,6 @@
 #include <limits>
 
 #include "base/parallel.hpp"
-#include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "solve/initial.hpp"
 
@@ -78,8 +77,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const bool steady = is_steady(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
   const Place cloud_place = c.section("cloud").place(c.section("cloud").has("file") ? "file" : "shape");
-  Support reach = method.reach(c);
-  if (has_cracks(c)) reach.over_spacing = std::max(reach.over_spacing, crack_reach);
+  const Support reach = method.reach(c);
   located(cloud_place,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, reach)); }); });
   Conditions conditions;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "base/parallel.hpp"
 
@@ -136,7 +137,7 @@ bool Cracks::is_full_cut(int crack) const {
   return std::ranges::all_of(pieces_[crack], [](const CrackPiece& p) { return p.tips.empty(); });
 }
 
-double Cracks::covered(const CrackPiece& piece, const Vec3& a, const Vec3& b, double width) const {
+double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
   const double from = piece.side(a), to = piece.side(b);
   if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return 0;
   const Vec3 x = a + (from / (from - to)) * (b - a);
@@ -150,7 +151,15 @@ double Cracks::covered(const CrackPiece& piece, const Vec3& a, const Vec3& b, do
   }
   double tip = std::numeric_limits<double>::infinity();
   for (const CrackPiece::Tip& t : piece.tips) tip = std::min(tip, distance(x, t.a, t.b));
-  return std::clamp(0.5 + (within ? tip : -tip) / width, 0.0, 1.0);
+  if (!within) tip = -tip;
+  // In a lattice of nearest neighbours a crack acts as if its tip lay 1/2 + sqrt(2)/4 spacings beyond the last bond
+  // cut, and (1 + sqrt(2)) b / (1 + sqrt(2) b) less when that bond keeps a part b of its weight: exact, by the method
+  // of Wiener and Hopf. This is that b, for a tip where the crack ends; a spacing along the crack, by which one pair of
+  // every kind follows the other, |x_ji.n| across it. So cracks act as long as they are, wherever their tips lie and
+  // however far the pairs reach.
+  constexpr double sqrt2 = std::numbers::sqrt2;
+  const double c = std::clamp(0.5 + (tip - sqrt2 / 4 * std::abs(from - to)) / spacing, 0.0, 1.0);
+  return (1 + sqrt2) * c / (1 + sqrt2 * c);
 }
 
 std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
@@ -171,43 +180,38 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
         for (std::size_t n = 0; n < row.size(); ++n) {
           const int j = row[n];
           const bool ascending = cloud_.id[i] < cloud_.id[j];  // one answer for both directions
-          const double width = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
-          const double f = covered(piece, place_[ascending ? i : j], place_[ascending ? j : i], width);
-          if (f > 0)
-            out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
-                           .point = i,
-                           .crack = static_cast<int>(crack),
-                           .fraction = f,
-                           .length = std::abs(dot(cloud_.x[j] - cloud_.x[i], piece.normal)),
-                           .upper = piece.side(place_[i]) > 0});
+          const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
+          const double f = cut_fraction(piece, place_[ascending ? i : j], place_[ascending ? j : i], spacing);
+          if (f == 0) continue;
+          const double from = piece.side(place_[i]), to = piece.side(place_[j]);
+          out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
+                         .point = i,
+                         .crack = static_cast<int>(crack),
+                         .fraction = f,
+                         .length = std::abs(dot(cloud_.x[j] - cloud_.x[i], piece.normal)),
+                         .normal = (from > 0 ? -1.0 : 1.0) * piece.normal,
+                         .at = from / (from - to),
+                         .upper = from > 0});
         }
       }
     }
   }
-  // Of the pieces of one crack, the one that covers the pair most. An even number of them leads back to the same side.
+  // Of the pieces of one crack, the one that cuts the pair most, and the one that the point faces.
   std::ranges::sort(out, [](const Crossing& a, const Crossing& b) {
     return std::tuple(a.entry, a.crack, -a.fraction, a.length) < std::tuple(b.entry, b.crack, -b.fraction, b.length);
   });
   std::size_t kept = 0;
   for (std::size_t n = 0, next; n < out.size(); n = next) {
-    const auto same = [&](const Crossing& x) { return x.entry == out[n].entry && x.crack == out[n].crack; };
-    for (next = n + 1; next < out.size() && same(out[next]); ++next) {
+    Crossing crossing = out[n];
+    for (next = n + 1; next < out.size(); ++next) {
+      const Crossing& other = out[next];
+      if (other.entry != crossing.entry || other.crack != crossing.crack) break;
+      if (other.at < crossing.at) crossing.normal = other.normal, crossing.at = other.at, crossing.upper = other.upper;
     }
-    out[n].leads_across = (next - n) % 2 == 1;
-    out[kept++] = out[n];
+    out[kept++] = crossing;
   }
   out.resize(kept);
   return out;
-}
-
-bool Cracks::sees(const Vec3& a, const Vec3& b) const {
-  constexpr double narrow = 1e-300;  // no face around the segment
-  for (std::size_t crack = 0; crack < cracks_.size(); ++crack) {
-    if (cracks_[crack].fails() || cracks_[crack].contact > 0) continue;
-    for (const CrackPiece& piece : pieces_[crack])
-      if (covered(piece, a, b, narrow) > 0.5) return false;
-  }
-  return true;
 }
 
 void Cracks::move_points() {
@@ -218,7 +222,7 @@ void Cracks::move_points() {
         const double least = 1e-3 * cloud_.spacing[i], s = piece.side(place_[i]);
         if (!(std::abs(s) < least)) continue;
         const Vec3 above = place_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
-        if (covered(piece, above, below, cloud_.spacing[i]) == 0) continue;
+        if (cut_fraction(piece, above, below, cloud_.spacing[i]) == 0) continue;
         place_[i] += (least - s) * piece.normal;
         moved += i < cloud_.owned;
       }

@@ -33,17 +33,17 @@ struct CrackPiece {
   double side(const Vec3& x) const { return dot(x - corners[0], normal); }
 };
 
-/// A pair that crosses a crack.
+/// A pair that crosses a crack, as seen from the point in whose row it is.
 struct Crossing {
   std::int64_t entry;  ///< in the neighbour lists
   int point;           ///< owned point in whose row it is
   int crack;
-  /// How much of the face that the pair stands for the crack covers: below 1 beside a tip, where the face, a spacing
-  /// wide, reaches beyond it; so that the end of the crack is not rounded to a whole spacing.
-  double fraction;
-  double length;             ///< |x_ji . n|, m
-  bool upper;                ///< the point of the row is on the upper side
-  bool leads_across = true;  ///< false: around a corner, from one side back to it
+  double fraction;  ///< of the pair's weight that the crack cuts; below 1 beside a tip only
+  double length;    ///< |x_ji . n|, m
+  /// Of the piece of the crack that the point faces, the first on the way to its neighbour:
+  Vec3 normal;  ///< away from the point
+  double at;    ///< part of the way that lies before it, 0 to 1
+  bool upper;   ///< the point is on its upper side
 };
 
 class Cracks {
@@ -62,13 +62,11 @@ class Cracks {
 
   /// Sorted by entry, then by crack; the same fraction and length for (i, j) and (j, i).
   std::vector<Crossing> crossings(const Neighbours& neighbours) const;
-  /// Is the segment from a to b free of all cracks that are open from the start and insulate?
-  bool sees(const Vec3& a, const Vec3& b) const;
 
  private:
   struct Surface;
   Surface surface_at(const Vec3& place) const;
-  double covered(const CrackPiece& piece, const Vec3& a, const Vec3& b, double width) const;
+  double cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
   void find_tips();
   void reach_out_of_the_body();
   void move_points();
@@ -79,10 +77,6 @@ class Cracks {
   std::vector<Vec3> place_;
   std::int64_t moved_ = 0;
 };
-
-/// How far points must see each other for the areas of cracks, in spacings: make_cloud takes at least this where the
-/// case has cracks.
-constexpr double crack_reach = 6;
 
 /// The [[crack]] entries of a case. Throws Error(bad_case) for cracks that do not suit the cloud.
 std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud);

@@ -7,6 +7,7 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "method/correction.hpp"
+#include "method/small_matrix.hpp"
 
 namespace calor {
 
@@ -17,6 +18,11 @@ void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<co
 /// Fits sum_j g_ij x_ji (x) x_ji to 2 V_i I by g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau symmetric tensors, and
 /// keeps g >= 0.02 of what it was. For points on the walls. Returns the iterations.
 int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+
+/// The same fit for points beside cracks: tau_i = z_i P_i adds missing_i to sum_j g_ij x_ji.P_i x_ji where P_i, of the
+/// owned points, is not zero.
+void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
+                            std::span<const double> missing, std::span<double> g);
 
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);

@@ -3,11 +3,10 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "cloud/search.hpp"
 #include "method/correction_steps.hpp"
 #include "method/small_matrix.hpp"
 
@@ -15,98 +14,6 @@ namespace calor {
 namespace {
 
 bool is_surface(const Crack& crack) { return !crack.fails() && crack.contact == 0; }
-
-/// A piece of a face: place and area, m^2 of the real body.
-struct FacePoint {
-  Vec3 x;
-  double area;
-};
-
-/// Two Gauss points per quarter of a spacing along a segment.
-template <class Visit>
-void for_each_face_point_2d(const CrackPiece& piece, double spacing, double thickness, const Visit& visit) {
-  const Vec3 a = piece.corners[0], along = piece.corners[1] - a;
-  const auto n = static_cast<std::int64_t>(std::ceil(norm(along) / (0.25 * spacing)));
-  const double h = 1 / static_cast<double>(n), gauss = 0.5 / std::sqrt(3.0);
-  for (std::int64_t k = 0; k < n; ++k)
-    for (const double s : {0.5 - gauss, 0.5 + gauss})
-      visit(FacePoint{a + (static_cast<double>(k) + s) * h * along, 0.5 * h * norm(along) * thickness});
-}
-
-/// The middles of triangles of a third of a spacing.
-template <class Visit>
-void for_each_face_point_3d(const CrackPiece& piece, double spacing, const Visit& visit) {
-  // A fan from the first corner; triangles of the other sense of rotation take away what lies outside.
-  for (std::size_t k = 1; k + 1 < piece.corners.size(); ++k) {
-    const Vec3 a = piece.corners[0], u = piece.corners[k] - a, v = piece.corners[k + 1] - a;
-    const double longest = std::max({norm(u), norm(v), norm(v - u)});
-    const auto n = static_cast<std::int64_t>(std::ceil(longest / (spacing / 3)));
-    const double h = 1 / static_cast<double>(n), area = 0.5 * h * h * dot(cross(u, v), piece.normal);
-    for (std::int64_t i = 0; i < n; ++i)
-      for (std::int64_t j = 0; i + j < n; ++j)
-        for (const double s : {1.0 / 3, 2.0 / 3})
-          if (s < 0.5 || i + j + 1 < n)
-            visit(FacePoint{a + h * ((static_cast<double>(i) + s) * u + (static_cast<double>(j) + s) * v), area});
-  }
-}
-
-/// Shares a piece of a face out to the nearest points on its side.
-class FaceShares {
- public:
-  FaceShares(const Cloud& cloud, const Cracks& cracks)
-      : cloud_(cloud), cracks_(cracks), search_(cloud, crack_reach), count_(cloud.dimension == 2 ? 9 : 18) {}
-
-  /// area[i] += phi_i(x) * normal * face.area for owned points, on the side that `normal` points away from.
-  void add(const FacePoint& face, const Vec3& normal, std::span<Vec3> area) {
-    int coincident = 0;
-    const auto found = search_.find(face.x, 0, buffer_, coincident);
-    near_.clear();
-    bool any_owned = false;
-    const int* wall = nullptr;
-    double wall_distance = 0;
-    for (std::int32_t& k : found) k = search_.local(k);
-    for (const std::int32_t& i : found) {
-      const double r = norm(cloud_.x[i] - face.x);
-      any_owned = any_owned || i < cloud_.owned;
-      if (!(cloud_.area[i] == Vec3{}) && (!wall || r < wall_distance)) wall = &i, wall_distance = r;
-      near_.push_back({r, i});
-    }
-    if (!any_owned) return;
-    if (wall && dot(face.x - cloud_.x[*wall], cloud_.area[*wall]) > 0) return;  // outside the body
-    std::ranges::sort(near_, [&](const auto& a, const auto& b) {
-      return std::pair(a.first, cloud_.id[a.second]) < std::pair(b.first, cloud_.id[b.second]);
-    });
-    points_.clear();
-    for (const auto& [r, i] : near_) {
-      const Vec3& x = cracks_.place(i);
-      const double side = -dot(x - face.x, normal);
-      // From just beside the face: on its side, and no other piece between.
-      if (side > 0 && cracks_.sees(face.x - 1e-6 * side * normal, x)) points_.push_back(i);
-      if (static_cast<int>(points_.size()) == count_) break;
-    }
-    if (points_.empty()) return;
-
-    // Linear fit: phi_k = 1/N + (x - mean).C^-1 (x_k - mean).
-    Vec3 mean;
-    for (int i : points_) mean += (1.0 / static_cast<double>(points_.size())) * cloud_.x[i];
-    Symmetric3 C;
-    for (int i : points_) C.add(1, cloud_.x[i] - mean);
-    const Vec3 slope = pseudo_inverse(C) * (face.x - mean);
-    for (int i : points_) {
-      const double phi = 1.0 / static_cast<double>(points_.size()) + dot(slope, cloud_.x[i] - mean);
-      if (i < cloud_.owned) area[i] += phi * face.area * normal;
-    }
-  }
-
- private:
-  const Cloud& cloud_;
-  const Cracks& cracks_;
-  Search search_;
-  int count_;
-  std::vector<std::int32_t> buffer_;
-  std::vector<std::pair<double, int>> near_;
-  std::vector<int> points_;
-};
 
 /// Resultant and moment of area vectors at points.
 struct Wrench {
@@ -124,19 +31,23 @@ void add_columns(std::vector<double>& columns, const Vec3& x, const Vec3& a) {
 }
 
 /// Adds w_i (c + omega cross (x_i - centre)) to the area vectors so that they have the wanted resultant and moment. w_i
-/// is |a_i| of the points on the surface: the area vectors of walls do not end where a crack does, and what a part of
-/// the body lacks in balance is missing there.
-void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted) {
+/// is |a_i|; beside a full cut that of points on the surface, if there are any: the area vectors of walls do not end
+/// where a crack does, and what a part of the body lacks in balance is missing there.
+void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted, bool full_cut) {
+  const auto on_surface = [&](int i) { return !(cloud.area[i] == Vec3{}); };
+  bool mouths = false;
+  for (int i = 0; i < cloud.owned; ++i) mouths = mouths || (full_cut && on_surface(i) && !(area[i] == Vec3{}));
+  mouths = any(cloud.comm, mouths);
   std::vector<double> w(cloud.owned), columns, weights;
   for (int i = 0; i < cloud.owned; ++i) {
     const Vec3& x = cloud.x[i];
-    if (!(cloud.area[i] == Vec3{})) w[i] = norm(area[i]);
+    if (!mouths || on_surface(i)) w[i] = norm(area[i]);
     add_columns(columns, x, area[i]);
     weights.insert(weights.end(), {w[i], w[i] * x.x, w[i] * x.y, w[i] * x.z});
   }
   const Wrench has = total_of(cloud, columns);
   const auto s = sums(cloud.comm, weights, 4);
-  if (s[0] == 0) return;  // a closed crack
+  if (s[0] == 0) return;
   const Vec3 centre{s[1] / s[0], s[2] / s[0], s[3] / s[0]};
   std::vector<double> squares;
   for (int i = 0; i < cloud.owned; ++i) {
@@ -151,69 +62,111 @@ void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted) {
   for (int i = 0; i < cloud.owned; ++i) area[i] += w[i] * ((1 / s[0]) * force + cross(turn, cloud.x[i] - centre));
 }
 
-}  // namespace
+/// A pair that is cut, as seen from a point beside the crack.
+struct CutPair {
+  int point;
+  Vec3 x_ji, normal;  ///< of the face that the point looks at, away from it
+  double at;          ///< part of the way before that face
+  double lost;        ///< weight
+};
 
-std::vector<Vec3> crack_areas(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbours,
-                              std::span<const Crossing> crossings, std::span<const double> G) {
-  std::vector<Vec3> area(cloud.owned), side(cloud.owned);
-  FaceShares shares(cloud, cracks);
-  for (std::size_t crack = 0; crack < cracks.all().size(); ++crack) {
+/// Of every crack that is surface, the pairs that the points above and below it have lost to it; a pair across several
+/// counts for that which its point faces.
+using CutPairs = std::vector<std::array<std::vector<CutPair>, 2>>;
+
+/// Takes from the pairs' weights what the cracks cut.
+CutPairs cut(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbours,
+             std::span<const Crossing> crossings, std::span<double> G) {
+  CutPairs pairs(cracks.all().size());
+  for (std::size_t n = 0, next; n < crossings.size(); n = next) {
+    const std::int64_t entry = crossings[n].entry;
+    const double whole = G[entry];
+    const Crossing* faced = nullptr;
+    for (next = n; next < crossings.size() && crossings[next].entry == entry; ++next) {
+      const Crossing& x = crossings[next];
+      if (!is_surface(cracks.all()[x.crack])) continue;
+      G[entry] *= 1 - x.fraction;
+      if (!faced || x.at < faced->at) faced = &x;
+    }
+    if (!faced) continue;
+    const Vec3 x_ji = cloud.x[neighbours.column[entry]] - cloud.x[faced->point];
+    pairs[faced->crack][faced->upper].push_back({faced->point, x_ji, faced->normal, faced->at, whole - G[entry]});
+  }
+  return pairs;
+}
+
+/// Outward area vectors of the faces at the owned points beside them: what their cut pairs carried along the normals.
+std::vector<Vec3> areas_of_faces(const Cloud& cloud, const Cracks& cracks, const CutPairs& cut_pairs) {
+  std::vector<Vec3> area(cloud.owned);
+  for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
     if (!is_surface(cracks.all()[crack])) continue;
-    double spacing = std::numeric_limits<double>::infinity();  // the smallest beside the crack
-    for (const Crossing& x : crossings)
-      if (x.crack == static_cast<int>(crack)) spacing = std::min(spacing, cloud.spacing[x.point]);
-    spacing = min(cloud.comm, spacing);
-    if (!std::isfinite(spacing)) continue;  // no pair crosses it
+    const bool full_cut = cracks.is_full_cut(static_cast<int>(crack));
+    std::vector<Vec3> faces(cloud.owned);
+    std::vector<double> columns;
     for (const bool upper : {true, false}) {
-      std::ranges::fill(side, Vec3{});
-      for (const CrackPiece& piece : cracks.pieces(static_cast<int>(crack))) {
-        const Vec3 outward = upper ? -piece.normal : piece.normal;
-        const auto add = [&](const FacePoint& face) { shares.add(face, outward, side); };
-        if (cloud.dimension == 2) {
-          for_each_face_point_2d(piece, spacing, cloud.section, add);
-        } else {
-          for_each_face_point_3d(piece, spacing, add);
-        }
+      for (const CutPair& pair : cut_pairs[crack][upper]) {
+        faces[pair.point] += (pair.lost * dot(pair.x_ji, pair.normal)) * pair.normal;
+        add_columns(columns, cloud.x[pair.point], pair.lost * pair.x_ji);
       }
-      if (cracks.is_full_cut(static_cast<int>(crack))) {
-        std::vector<double> columns;
-        for (const Crossing& x : crossings) {
-          if (x.crack != static_cast<int>(crack) || x.upper != upper || !x.leads_across) continue;
-          const Vec3& x_i = cloud.x[x.point];
-          add_columns(columns, x_i, G[x.entry] * (cloud.x[neighbours.column[x.entry]] - x_i));
-        }
-        balance(cloud, side, total_of(cloud, columns));
-      }
-      for (int i = 0; i < cloud.owned; ++i) area[i] += side[i];
+      if (upper && !full_cut) continue;  // one part of the body: both faces at once
+      balance(cloud, faces, total_of(cloud, columns), full_cut);
+      for (int i = 0; i < cloud.owned; ++i) area[i] += faces[i];
+      std::ranges::fill(faces, Vec3{});
+      columns.clear();
     }
   }
   return area;
 }
 
+/// What the weights carry along the faces once more: as much as before the cut, and in the sliver between the crack and
+/// the middle of each pair, which has changed sides, as much as in the rest of the body.
+void restore_along_faces(const Cloud& cloud, const Neighbours& neighbours, const CutPairs& cut_pairs,
+                         std::span<double> G) {
+  std::vector<Symmetric3> along(cloud.owned), across(cloud.owned);
+  std::vector<double> missing(cloud.owned), face(cloud.owned);
+  for (const auto& sides : cut_pairs) {
+    for (const auto& side : sides) {
+      for (const auto& [i, x_ji, normal, at, lost] : side) {
+        const double length = dot(x_ji, normal), area = lost * length, sliver = area * (at - 0.5) * length;
+        missing[i] += lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver;
+        across[i].add(area, normal);
+        face[i] += area;
+      }
+    }
+  }
+  const double z = cloud.dimension == 3 ? 1 : 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (!(face[i] > 0)) continue;
+    const double s = -1 / face[i];
+    const Symmetric3& N = across[i];
+    along[i] = {1 + s * N.xx, 1 + s * N.yy, z + s * N.zz, s * N.xy, s * N.xz, s * N.yz};
+  }
+  restore_second_moments(cloud, neighbours, along, missing, G);
+}
+
+}  // namespace
+
 PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
                         CorrectionReport& report) {
   const auto crossings = cracks.crossings(neighbours);
-  const bool has_surface = std::ranges::any_of(cracks.all(), is_surface);
-  if (has_surface) {
+  if (std::ranges::any_of(cracks.all(), is_surface)) {
+    const CutPairs cut_pairs = cut(cloud, cracks, neighbours, crossings, G);
     Cloud cracked = cloud;  // its surface includes the faces of the cracks
-    const auto area = crack_areas(cloud, cracks, neighbours, crossings, G);
+    const auto area = areas_of_faces(cloud, cracks, cut_pairs);
     for (int i = 0; i < cloud.owned; ++i) cracked.area[i] += area[i];
-    std::vector<char> is_cut(G.size(), 0);
-    for (const Crossing& x : crossings) {
-      if (!is_surface(cracks.all()[x.crack])) continue;
-      G[x.entry] *= 1 - x.fraction;
-      is_cut[x.entry] |= x.fraction == 1;
-    }
+    std::vector<char> is_gone(G.size(), 0);
+    for (const Crossing& x : crossings) is_gone[x.entry] |= is_surface(cracks.all()[x.crack]) && x.fraction == 1;
     Neighbours kept{.row = {0}, .column = {}};
     std::vector<double> kept_G;
     for (int i = 0; i < cloud.owned; ++i) {
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
-        if (!is_cut[n]) kept.column.push_back(neighbours.column[n]), kept_G.push_back(G[n]);
+        if (!is_gone[n]) kept.column.push_back(neighbours.column[n]), kept_G.push_back(G[n]);
       kept.row.push_back(static_cast<std::int64_t>(kept.column.size()));
     }
     neighbours = std::move(kept);
     G = std::move(kept_G);
     require_neighbours(cloud, neighbours);
+    restore_along_faces(cloud, neighbours, cut_pairs, G);
     enforce_with_positive_weights(cracked, neighbours, G, report);
   }
 

@@ -1,8 +1,10 @@
 #pragma once
 // Pair weights of bodies with cracks, from the weights of the intact body. Two treatments:
-// - Cracks that insulate from the start are surface: the pairs across are cut, the points beside get the area vectors
-//   of the faces, equal and opposite, and the weights are made consistent again. Without these areas that last step
-//   would heal the crack: the remaining pairs would take over what the cut ones carried.
+// - Cracks that insulate from the start are surface. The pairs across are cut. What they carried along the faces is
+//   given back to the pairs that are left, so that heat runs beside the crack as in the rest of the body; what they
+//   carried across becomes the area vectors of the faces, equal and opposite; then the weights are made consistent
+//   again. Without these areas that last step would heal the crack: the remaining pairs would take over what the cut
+//   ones carried.
 // - Contacts, and cracks that open while running, act on single pairs, whose weights stay those of the intact body: a
 //   failed pair conducts no more, a contact conducts in series with its pair. Always stable, of first order.
 #include <memory>
@@ -14,13 +16,6 @@
 #include "method/pair_sites.hpp"
 
 namespace calor {
-
-/// Outward area vectors that the faces of the insulating cracks give to the owned points beside them, m^2: the integral
-/// of phi n over every face, phi the linear least-squares fit through the nearest points on its side. Cracks that cut
-/// right through get the resultant and the moment that the cut pairs carried, so that the parts stay in balance.
-/// `G`: weights of the intact body. Collective.
-std::vector<Vec3> crack_areas(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbours,
-                              std::span<const Crossing> crossings, std::span<const double> G);
 
 /// The pair sites of a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
 /// numbers of the last correction. Collective; throws Error.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <vector>
 
 #include "method/conjugate_gradients.hpp"
@@ -43,16 +44,42 @@ struct TensorField {
     const Vec3 d = diagonal[i] + diagonal[j], m = mixed[i] + mixed_j;
     return q[0] * d.x + q[1] * d.y + q[2] * d.z + q[3] * m.x + q[4] * m.y + q[5] * m.z;
   }
-  /// tau_i = z / d_i for owned points: the rows of the fit are scaled by 1 / d_i.
-  void set(const Cloud& cloud, std::span<const double> z) {
-    for (int i = 0; i < cloud.owned; ++i) {
-      const double s = 1 / cloud.spacing[i], *t = z.data() + 6 * i;
-      diagonal[i] = {s * t[0], s * t[1], s * t[2]};
-      mixed[i] = {s * t[3], s * t[4], s * t[5]};
-    }
-    update(cloud.halo);
+  /// tau_i, its mixed components twice, of an owned point.
+  void set(int i, double s, const Six& t) {
+    diagonal[i] = {s * t[0], s * t[1], s * t[2]};
+    mixed[i] = {s * t[3], s * t[4], s * t[5]};
   }
 };
+
+/// Calls use(i, sum_j g_ij [x_ji.(tau_i + tau_j) x_ji] x_ji (x) x_ji) for the owned points.
+template <class Use>
+void for_each_change(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g,
+                     const TensorField& tau, const Use& use) {
+  with_pair_vectors(neighbours, cloud.x, [&](const auto& pair) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      Six sum = {};
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+        const Six q = products(pair.x_ji(i, n));
+        const double s = g[n] * tau.sum_at(q, pair, i, n);
+        for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
+      }
+      use(i, sum);
+    }
+  });
+}
+
+/// g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], not below 0.02 g_ij.
+void change(const Cloud& cloud, const Neighbours& neighbours, const TensorField& tau, std::span<double> g) {
+  with_pair_vectors(neighbours, cloud.x, [&](const auto& pair) {
+    for (int i = 0; i < cloud.owned; ++i)
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        g[n] *= std::max(1 + tau.sum_at(products(pair.x_ji(i, n)), pair, i, n), floor_of_fit);
+  });
+}
+
+/// A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number
+/// of iterations makes the weights a continuous function of the cloud.
+constexpr CgLimits rough = {.relative = 1e-12, .absolute = 0, .iterations = 30};
 
 }  // namespace
 
@@ -104,38 +131,65 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   }
 
   TensorField tau(cloud);
+  const auto set_tau = [&](std::span<const double> p) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double* t = p.data() + 6 * i;
+      tau.set(i, 1 / cloud.spacing[i],
+              {t[0], t[1], t[2], t[3], t[4], t[5]});  // the rows of the fit are scaled by 1/d_i
+    }
+    tau.update(cloud.halo);
+  };
   const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
-    tau.set(cloud, p);
-    with_pair_vectors(neighbours, x, [&](const auto& pair) {
-      for (int i = 0; i < cloud.owned; ++i) {
-        Six sum = {};
-        for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-          const Six q = products(pair.x_ji(i, n));
-          const double s = g[n] * tau.sum_at(q, pair, i, n);
-          for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
-        }
-        for (int c = 0; c < 6; ++c) {
-          const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
-          y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
-        }
+    set_tau(p);
+    for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
+      for (int c = 0; c < 6; ++c) {
+        const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
+        y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
       }
     });
   };
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
   };
-  // A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number
-  // of iterations makes the weights a continuous function of the cloud.
-  const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z,
-                                          {.relative = 1e-12, .absolute = 0, .iterations = 30});
-
-  tau.set(cloud, z);
-  with_pair_vectors(neighbours, x, [&](const auto& pair) {
-    for (int i = 0; i < cloud.owned; ++i)
-      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
-        g[n] *= std::max(1 + tau.sum_at(products(pair.x_ji(i, n)), pair, i, n), floor_of_fit);
-  });
+  const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  set_tau(z);
+  change(cloud, neighbours, tau, g);
   return solved.iterations;
+}
+
+void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
+                            std::span<const double> missing, std::span<double> g) {
+  // As above, of every tensor only its multiple of P_i. With p such that x.P_i x = p . products(x):
+  const auto p = [&](int i) {
+    const Symmetric3& t = P[i];
+    return Six{t.xx, t.yy, t.zz, 2 * t.xy, 2 * t.xz, 2 * t.yz};
+  };
+  const auto dot = [](const Six& a, const Six& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
+  std::vector<double> diagonal(cloud.owned), rhs(cloud.owned), z(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const double q = dot(p(i), products(neighbours.x_ji(cloud.x, i, n))) / cloud.spacing[i];
+      diagonal[i] += g[n] * q * q;
+    }
+    if (diagonal[i] > 0) rhs[i] = missing[i] / cloud.spacing[i];
+  }
+  TensorField tau(cloud);
+  const auto set_tau = [&](std::span<const double> z) {
+    for (int i = 0; i < cloud.owned; ++i) tau.set(i, z[i] / cloud.spacing[i], p(i));
+    tau.update(cloud.halo);
+  };
+  const LinearMap normal_matrix = [&](std::span<const double> z, std::span<double> y) {
+    set_tau(z);
+    for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
+      y[i] = dot(p(i), sum) / cloud.spacing[i] + softness_of_nearest * diagonal[i] * z[i];
+    });
+  };
+  const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+    for (std::size_t i = 0; i < r.size(); ++i) y[i] = diagonal[i] > 0 ? r[i] / diagonal[i] : 0;
+  };
+  conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  set_tau(z);
+  change(cloud, neighbours, tau, g);
 }
 
 }  // namespace calor

@@ -10,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "method/correction_steps.hpp"
 #include "method/cracked_pairs.hpp"
+#include "method/peridynamics.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
@@ -29,7 +30,7 @@ Cloud square(std::int64_t n, double jitter = 0, std::int64_t thick = 0, MPI_Comm
                        .points = {n, n, std::max<std::int64_t>(thick, 1)},
                        .origin = {-1, -1, 0},
                        .jitter = jitter};
-  return distribute(comm, make_box(comm, box), Support{crack_reach});
+  return distribute(comm, make_box(comm, box), Support{4});
 }
 
 struct Cracked {
@@ -42,6 +43,15 @@ Cracked intact(const Cloud& cloud, double smoothing) {
   Cracked c;
   c.neighbours = find_neighbours(cloud, sph_reach(smoothing));
   c.G = sph_consistent_weights(cloud, c.neighbours, smoothing, c.report);
+  return c;
+}
+
+Cracked intact_by_bonds(const Cloud& cloud, double horizon) {
+  const Peridynamics options{.n = 2, .horizon = horizon};
+  Cracked c;
+  c.neighbours = find_neighbours(cloud, options.support());
+  c.G = consistent_weights(
+      cloud, c.neighbours, [&] { return base_weights(cloud, c.neighbours, options); }, {}, c.report);
   return c;
 }
 
@@ -93,7 +103,7 @@ PlateErrors plate_errors(const Cloud& cloud, const PairSites& sites) {
 }
 
 TEST(Cracks, HoldUpTheHeatOfTheExactCrackInALattice) {
-  const double rms[] = {8e-3, 3.2e-3, 1.3e-3}, jump[] = {2e-2, 5e-3, 2e-3};
+  const double rms[] = {3e-4, 1e-4, 3e-5}, jump[] = {6e-4, 1.5e-4, 8e-5};
   for (int n = 0; n < 3; ++n) {
     const Cloud cloud = square(20 << n);
     CorrectionReport report;
@@ -107,9 +117,62 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackInALattice) {
   }
 }
 
+TEST(Cracks, HoldUpTheHeatOfTheExactCrackHoweverFarThePairsReach) {
+  const double rms[] = {1.2e-3, 4.5e-4}, jump[] = {3.5e-3, 1.2e-3};
+  for (int n = 0; n < 2; ++n) {
+    const Cloud cloud = square(20 << n);
+    for (const bool bonds : {true, false}) {
+      Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1.4);
+      const auto sites = cracked_pairs(cloud, Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
+      const PlateErrors e = plate_errors(cloud, sites);
+      std::printf("%s %d^2: rms %.2e, jump %.2e\n", bonds ? "bonds" : "h = 1.4 dx", 20 << n, e.rms, e.jump);
+      EXPECT_LE(e.rms, rms[n]);
+      EXPECT_LE(e.jump, jump[n]);
+    }
+  }
+}
+
+TEST(Cracks, HoldUpHeatAskewInALattice) {
+  for (const double angle : {0.15, 0.35, 0.6}) {
+    Cloud cloud = square(40);
+    const double c = std::cos(angle), s = std::sin(angle);
+    for (Vec3& v : cloud.x) v = {c * v.x - s * v.y, s * v.x + c * v.y, 0};
+    for (Vec3& v : cloud.area) v = {c * v.x - s * v.y, s * v.x + c * v.y, 0};
+    const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1.2));
+    std::printf("turned by %.3f: rms %.2e, jump %.2e\n", angle, e.rms, e.jump);
+    EXPECT_LE(e.rms, 1.5e-3);
+    EXPECT_LE(e.jump, 8e-3);
+  }
+}
+
+TEST(Cracks, LetHeatRunBesideThemAsInTheRestOfTheBody) {
+  // cos(2x) cosh(2y) does not know of a cut at y = 0, so a cut body must be as good as a whole one. What the cut pairs
+  // carried along the faces matters: without it the error is of first order, 9e-4 and 6e-4 here.
+  const Cloud cloud = square(40);
+  std::vector<double> exact, fixed;
+  for (int i = 0; i < cloud.owned; ++i) {
+    exact.push_back(std::cos(2 * cloud.x[i].x) * std::cosh(2 * cloud.x[i].y) / 2);
+    fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
+  }
+  const auto rms = [&](const PairSites& sites) {
+    const auto T = steady(cloud, sites, fixed);
+    double squares = 0;
+    for (int i = 0; i < cloud.owned; ++i) squares += cloud.volume[i] * (T[i] - exact[i]) * (T[i] - exact[i]);
+    return std::sqrt(squares / 4);
+  };
+  for (const bool bonds : {true, false}) {
+    Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1);
+    const double whole = rms(PairSites(cloud, c.neighbours, c.G));
+    const Cracks cut(cloud, {line({-1, 0, 0}, {1, 0, 0})});
+    const double cracked = rms(cracked_pairs(cloud, cut, c.neighbours, c.G, c.report));
+    std::printf("%s: whole %.2e, cut %.2e\n", bonds ? "bonds" : "h = dx", whole, cracked);
+    EXPECT_LE(cracked, 2.5 * whole);
+  }
+}
+
 TEST(Cracks, HoldUpHeatWhereverTheirTipsLie) {
-  // The tips move over a whole spacing; a crack rounded to the pairs that it cuts would be off by up to half a spacing,
-  // 5e-2 in the jump.
+  // The tips move over a whole spacing; a crack too long or too short by a hundredth of one is off by 1e-3 in the jump,
+  // one rounded to the pairs that it cuts by up to 5e-2.
   const Cloud cloud = square(40);
   for (const double shift : {0.1, 0.3, 0.5, 0.7, 0.9}) {
     Cloud moved = cloud;
@@ -117,19 +180,19 @@ TEST(Cracks, HoldUpHeatWhereverTheirTipsLie) {
     const auto sites = with_crack(moved, {crack_of_the_plate}, 1);
     const PlateErrors e = plate_errors(moved, sites);
     std::printf("shift %.1f: rms %.2e, jump %.2e\n", shift, e.rms, e.jump);
-    EXPECT_LE(e.rms, 4e-3);
-    EXPECT_LE(e.jump, 1e-2);
+    EXPECT_LE(e.rms, 2e-4);
+    EXPECT_LE(e.jump, 1e-3);
   }
 }
 
 TEST(Cracks, HoldUpHeatInJitteredClouds) {
-  const double rms[] = {1.2e-2, 6e-3};
+  const double rms[] = {4e-3, 2e-3}, jump[] = {2e-2, 8e-3};
   for (int n = 0; n < 2; ++n) {
     const Cloud cloud = square(20 << n, 0.2);
     const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1.2));
     std::printf("jittered %d^2: rms %.2e, jump %.2e\n", 20 << n, e.rms, e.jump);
     EXPECT_LE(e.rms, rms[n]);
-    EXPECT_LE(e.jump, 5e-2);
+    EXPECT_LE(e.jump, jump[n]);
   }
 }
 
@@ -256,7 +319,7 @@ TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
   }
   const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1));
   std::printf("row on the crack: rms %.2e\n", e.rms);
-  EXPECT_LE(e.rms, 2e-2);
+  EXPECT_LE(e.rms, 4e-3);
 }
 
 TEST(Cracks, ArePolygonsInThreeDimensions) {
@@ -269,8 +332,8 @@ TEST(Cracks, ArePolygonsInThreeDimensions) {
   EXPECT_LE(report.residual, 1e-11);
   const PlateErrors e = plate_errors(cloud, sites);
   std::printf("3D: rms %.2e, jump %.2e\n", e.rms, e.jump);
-  EXPECT_LE(e.rms, 8e-3);
-  EXPECT_LE(e.jump, 4e-2);
+  EXPECT_LE(e.rms, 3e-4);
+  EXPECT_LE(e.jump, 1.5e-3);
 }
 
 TEST(Cracks, OfSeveralPiecesAreAsTightAsOne) {
