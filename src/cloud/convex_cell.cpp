@@ -27,8 +27,10 @@ void ConvexCell::set(const Vec3& low, const Vec3& high) {
 
 bool ConvexCell::cut_half_way_to(const Vec3& r) {
   const double half = 0.5 * dot(r, r);
+  // A corner that lies on the plane, as in lattices, is on the same side for all of its faces, whatever the rounding.
+  const double on_plane = 1e-10 * half;
   const auto beyond = [&](const Vec3& x) { return dot(x, r) - half; };
-  if (std::ranges::none_of(sides_, [&](const Side& s) { return beyond(s.from) > 0; })) return false;
+  if (std::ranges::none_of(sides_, [&](const Side& s) { return beyond(s.from) > on_plane; })) return false;
 
   cut_.clear(), fresh_.clear();
   const Side* leaves = nullptr;  // of the face at hand: the sides that cross the plane outwards and inwards
@@ -38,12 +40,12 @@ bool ConvexCell::cut_half_way_to(const Vec3& r) {
     const Side& s = sides_[n];
     const double b_from = beyond(s.from), b_to = beyond(s.to);
     const auto crossing = [&] { return s.from + b_from / (b_from - b_to) * (s.to - s.from); };
-    if (b_from <= 0 && b_to <= 0) {
+    if (b_from <= on_plane && b_to <= on_plane) {
       cut_.push_back(s);
-    } else if (b_from <= 0) {
+    } else if (b_from <= on_plane) {
       out = crossing(), leaves = &s;
       cut_.push_back({s.from, out, s.face});
-    } else if (b_to <= 0) {
+    } else if (b_to <= on_plane) {
       in = crossing(), returns = &s;
       cut_.push_back({in, s.to, s.face});
     }

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/parallel.hpp"
+#include "cloud/cells.hpp"
 
 namespace calor {
 namespace {
@@ -101,6 +102,26 @@ void Cracks::reach_out_of_the_body() {
   }
 }
 
+bool Cracks::runs_inside(const Vec3& a, const Vec3& b) const {
+  // Of an edge that leaves the body any part may be inside: looked at in the box around the points.
+  const Bounds mine = bounds_of(cloud_.owned_points());
+  double begin = 0, end = 1;
+  for (int axis = 0; axis < cloud_.dimension; ++axis) {
+    const double low = min(cloud_.comm, mine.low[axis]), high = max(cloud_.comm, mine.high[axis]);
+    const double from = a[axis], way = b[axis] - a[axis];
+    if (way == 0) continue;
+    const double s = (low - from) / way, t = (high - from) / way;
+    begin = std::max(begin, std::min(s, t)), end = std::min(end, std::max(s, t));
+  }
+  constexpr int parts = 8;
+  const int places = a == b ? 1 : parts;
+  for (int k = 0; k < places && begin <= end; ++k) {
+    const double s = begin + (k + 0.5) / places * (end - begin);
+    if (!surface_at(a + s * (b - a)).reached) return true;
+  }
+  return false;
+}
+
 void Cracks::find_tips() {
   double size = 0;
   for (const Crack& crack : cracks_)
@@ -126,7 +147,7 @@ void Cracks::find_tips() {
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t next = cloud_.dimension == 3 ? (k + 1) % n : k;
         const Vec3 &a = piece.corners[k], &b = piece.corners[next];
-        if (goes_on(piece, a, b) || surface_at(0.5 * (a + b)).reached) continue;
+        if (goes_on(piece, a, b) || !runs_inside(a, b)) continue;
         piece.tips.push_back({piece.extended[k], piece.extended[next]});
       }
     }

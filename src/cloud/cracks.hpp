@@ -66,6 +66,7 @@ class Cracks {
  private:
   struct Surface;
   Surface surface_at(const Vec3& place) const;
+  bool runs_inside(const Vec3& a, const Vec3& b) const;  ///< of an edge, any part
   double cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
   void find_tips();
   void reach_out_of_the_body();

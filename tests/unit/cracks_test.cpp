@@ -336,6 +336,14 @@ TEST(Cracks, ArePolygonsInThreeDimensions) {
   EXPECT_LE(e.jump, 1.5e-3);
 }
 
+TEST(Cracks, KeepTheirTipsHoweverFarTheyReachOutOfTheBody) {
+  const Cloud cloud = square(20, 0, 4);
+  const Crack wall{.vertices = {{-a, 0, -5}, {a, 0, -5}, {a, 0, 1}, {-a, 0, 1}}};
+  const PlateErrors e = plate_errors(cloud, with_crack(cloud, {wall}, 1));
+  EXPECT_LE(e.rms, 3e-4);
+  EXPECT_LE(e.jump, 1.5e-3);
+}
+
 TEST(Cracks, OfSeveralPiecesAreAsTightAsOne) {
   const Cloud cloud = square(20, 0.2);
   const Cracked c = intact(cloud, 1.2);
