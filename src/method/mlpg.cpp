@@ -68,10 +68,10 @@ void gather_at_points(const Cloud& cloud, CellPlaces& cells) {
   cells = std::move(gathered);
 }
 
-MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, CellPlaces cells,
+MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, std::optional<CellPlaces> cells,
                           std::optional<CellSamples> subdomains, MlpgReport& report) {
   std::vector<Vec3> places = faces.x;
-  places.insert(places.end(), cells.x.begin(), cells.x.end());
+  if (cells) places.insert(places.end(), cells->x.begin(), cells->x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const auto shapes = shape_rows(cloud, o.mls, o.support, places, faces.area, report.supports);
   MlpgRows rows{.flux = {},
@@ -83,9 +83,9 @@ MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces,
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);
   }
-  const std::size_t in_cells = rows.cells.x.size();
+  const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
   rows.conduction.phi = values(shapes, 0, faces.size());
-  rows.cells.phi = values(shapes, faces.size(), in_cells);
+  if (rows.cells) rows.cells->phi = values(shapes, faces.size(), in_cells);
   rows.value = values(shapes, faces.size() + in_cells, cloud.owned);
   return MlpgSites(cloud, std::move(faces), std::move(rows), false);
 }
@@ -215,10 +215,13 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
                  cure);
 }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions&, MethodReport& report) {
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions&, const MaterialField& material,
+                                 MethodReport& report) {
   const Table table = c.section("mlpg");
   if (has_cracks(c)) c.root().refuse("method", "mlpg knows no cracks", "use method = \"sph\" or \"peridynamics\"");
-  const MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
+  if (!table.has("capacity") && material.capacity_depends_on_T()) o.capacity = MlpgCapacity::one_point;
   refuse_what_does_not_fit(c, cloud, o);
   MlpgReport done;
   auto sites = std::make_unique<MlpgSites>(mlpg_sites(cloud, o, done));
@@ -264,9 +267,9 @@ MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport&
     }
     Faces faces = cloud.box_lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
     if (values) return value_sites(cloud, options, std::move(faces), report);
-    return parameter_sites(cloud, options, std::move(faces),
-                           options.capacity == MlpgCapacity::consistent ? gauss_points(cloud) : one_point(cloud), {},
-                           report);
+    std::optional<CellPlaces> cells;
+    if (options.capacity == MlpgCapacity::consistent) cells = gauss_points(cloud);
+    return parameter_sites(cloud, options, std::move(faces), std::move(cells), {}, report);
   };
   MlpgSites sites = build_sites();
   const auto rows = total(cloud.comm, static_cast<std::int64_t>(sites.flux_rows().count()));
@@ -309,7 +312,7 @@ void declare_mlpg(Schema& schema) {
             "",
             optional,
             "Heat of a cell: \"consistent\", integrated over it, or \"one-point\", from the temperature of its point "
-            "(default in three dimensions on irregular clouds).",
+            "(default where the heat capacity depends on temperature, and in three dimensions on irregular clouds).",
             {"consistent", "one-point"}},
            {"subdomain",
             Kind::choice,

@@ -17,7 +17,7 @@ namespace calor {
 struct MlpgRows {
   SparseRows flux;    ///< g_q at the face points, m
   Places conduction;  ///< the face points
-  CellPlaces cells;
+  std::optional<CellPlaces> cells;  ///< none: a point holds the heat of its cell at its own temperature
   SparseRows value;                            ///< Phi at the owned points
   std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
 };
@@ -34,7 +34,7 @@ class MlpgSites final : public FluxSites {
   void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
   std::span<const std::int32_t> coupled(int i) const override;
   const Places* conduction_places() const override { return nodal_ ? nullptr : &rows_.conduction; }
-  const CellPlaces* capacity_places() const override { return nodal_ ? nullptr : &rows_.cells; }
+  const CellPlaces* capacity_places() const override { return rows_.cells ? &*rows_.cells : nullptr; }
   const CellSamples* subdomains() const override { return rows_.subdomains ? &*rows_.subdomains : nullptr; }
   const SparseRows* point_values() const override { return nodal_ ? nullptr : &rows_.value; }
 

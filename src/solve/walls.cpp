@@ -83,8 +83,9 @@ void HeatSystem::Parts::hold_prescribed(std::span<const double> T) {
 
 void HeatSystem::impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const {
   Parts& parts = *parts_;
-  if (parts.point_values) parts.meet_constraints(t, T);
-  if (!parts.prescribed_is_held) {
+  const bool any_prescribed = !parts.conditions.temperatures.empty();
+  if (any_prescribed && parts.point_values) parts.meet_constraints(t, T);
+  if (any_prescribed && !parts.prescribed_is_held) {
     together(parts.cloud.comm, [&] {
       if (!parts.point_values) prescribed_temperatures(t, T);
       parts.hold_prescribed(T);
