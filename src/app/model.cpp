@@ -102,8 +102,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 
   std::unique_ptr<FluxSites> sites;
   SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
-  located(cloud_place,
-          [&] {
+  located(cloud_place, [&] {
     phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, material.points, m.weights); });
   });
   if (const CellSamples* subdomains = sites->subdomains())

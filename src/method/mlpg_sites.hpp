@@ -15,9 +15,9 @@ namespace calor {
 
 /// Rows over the unknowns: MLS parameters, or values at the points.
 struct MlpgRows {
-  SparseRows flux;    ///< g_q at the face points, m
-  Places conduction;  ///< the face points
-  std::optional<CellPlaces> cells;  ///< none: a point holds the heat of its cell at its own temperature
+  SparseRows flux;                             ///< g_q at the face points, m
+  Places conduction;                           ///< the face points
+  std::optional<CellPlaces> cells;             ///< none: a point holds the heat of its cell at its own temperature
   SparseRows value;                            ///< Phi at the owned points
   std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
 };

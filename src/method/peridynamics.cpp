@@ -62,8 +62,8 @@ Peridynamics options_of(const Table& table, bool lattice_in_cells) {
 
 Support reach(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
-                                 const MaterialField&,                                 MethodReport& report) {
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
+                                 MethodReport& report) {
   const Table table = c.section("peridynamics");
   const Peridynamics options = options_of(table, cloud.box_lattice && !cloud.points_on_walls);
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;

@@ -77,7 +77,7 @@ struct HeatSystem::Parts {
   std::vector<std::vector<int>> place;  ///< for every prescribed term: where its points are in `prescribed`
 
   std::vector<double> scratch, kept_T, T_points;
-  double explicit_over_bound = 0;  ///< see explicit_rate_bound; 0: not yet known
+  double explicit_over_bound = 0;        ///< see explicit_rate_bound; 0: not yet known
   std::vector<double> constraint_scale;  ///< J/K, of `prescribed`; empty in nodal systems
 
   /// Rows of free points get the derivative of capacity and exchange, those of prescribed points their constraint: for

@@ -24,8 +24,8 @@ class StageSolver {
   void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x); }
 
  private:
-  /// Where the capacity depends on temperature, Newton's method goes in the enthalpies. In temperatures it would jump to
-  /// and fro over a narrow range of melting (Swaminathan & Voller, Metall. Trans. B 23 (1992) 651).
+  /// Where the capacity depends on temperature, Newton's method goes in the enthalpies. In temperatures it would jump
+  /// to and fro over a narrow range of melting (Swaminathan & Voller, Metall. Trans. B 23 (1992) 651).
   static bool steps_in_enthalpy(const HeatSystem& system);
 
   const HeatSystem& system_;

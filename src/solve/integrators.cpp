@@ -112,23 +112,23 @@ void declare_time(Schema& schema) {
   schema.add(
       {.path = "time",
        .sentence = "A transient run from t = 0. Steps land on output times and on jumps and kinks of tables in time.",
-       .keys = {
-           {"end", Kind::quantity, "s", required, "End of the run."},
-           {"integrator", Kind::choice, "", "automatic",
-            "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
-            "(implicit); "
-            "automatic: euler for correction = \"paper\"; tr-bdf2 for lines, very stiff problems and parameters of MLPG "
-            "with a constant heat capacity; otherwise rkl2.",
-            names},
-           {"step", Kind::quantity, "s", optional,
-            "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "
-            "integrator steps over more than 0.3 sigma of a moving source."},
-           {"tolerance", Kind::difference, "K", optional,
-            "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
-            "temperatures."},
-           {"safety", Kind::number, "", "0.9", "Part of the stable step that euler takes."},
-           {"steady_below", Kind::quantity, "K/s", optional,
-            "The run ends when no temperature changes faster than this."}}});
+       .keys = {{"end", Kind::quantity, "s", required, "End of the run."},
+                {"integrator", Kind::choice, "", "automatic",
+                 "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
+                 "(implicit); "
+                 "automatic: euler for correction = \"paper\"; tr-bdf2 for lines, very stiff problems and parameters "
+                 "of MLPG "
+                 "with a constant heat capacity; otherwise rkl2.",
+                 names},
+                {"step", Kind::quantity, "s", optional,
+                 "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "
+                 "integrator steps over more than 0.3 sigma of a moving source."},
+                {"tolerance", Kind::difference, "K", optional,
+                 "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
+                 "temperatures."},
+                {"safety", Kind::number, "", "0.9", "Part of the stable step that euler takes."},
+                {"steady_below", Kind::quantity, "K/s", optional,
+                 "The run ends when no temperature changes faster than this."}}});
   schema.add({.path = "steady",
               .sentence = "The steady state instead of a transient run, by Newton's method.",
               .keys = {{"tolerance", Kind::number, "", "1e-11",

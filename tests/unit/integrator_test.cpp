@@ -84,9 +84,7 @@ ambient = { formula = "1 + 0.5*sin(4*t)", unit = "K" }
 )toml";
 
 /// By MLPG; the unknowns are parameters of moving least squares.
-std::string by_parameters(std::string text) {
-  return text.replace(text.find("\"sph\""), 5, "\"mlpg\"");
-}
+std::string by_parameters(std::string text) { return text.replace(text.find("\"sph\""), 5, "\"mlpg\""); }
 
 struct Problem {
   std::string name, text;
