@@ -20,6 +20,7 @@ struct MlpgRows {
   std::optional<CellPlaces> cells;             ///< none: a point holds the heat of its cell at its own temperature
   SparseRows value;                            ///< Phi at the owned points
   std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
+  std::optional<PenaltyWalls> walls = {};      ///< none: prescribed temperatures are collocated
 };
 
 class MlpgSites final : public FluxSites {
@@ -36,6 +37,7 @@ class MlpgSites final : public FluxSites {
   const Places* conduction_places() const override { return nodal_ ? nullptr : &rows_.conduction; }
   const CellPlaces* capacity_places() const override { return rows_.cells ? &*rows_.cells : nullptr; }
   const CellSamples* subdomains() const override { return rows_.subdomains ? &*rows_.subdomains : nullptr; }
+  const PenaltyWalls* penalty_walls() const override { return rows_.walls ? &*rows_.walls : nullptr; }
   const SparseRows* point_values() const override { return nodal_ ? nullptr : &rows_.value; }
 
   const Faces& faces() const { return faces_; }

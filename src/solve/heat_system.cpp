@@ -29,8 +29,11 @@ HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, 
   is_nodal = !point_values, points_hold_heat = !sites->capacity_places();
 
   std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
-  for (const PrescribedTerm& term : conditions.temperatures)
-    for (int i : term.point) is_prescribed[i] = 1;
+  if (const PenaltyWalls* by_penalty = sites->penalty_walls())
+    penalty = std::make_unique<PenaltyHeat>(*by_penalty, *sites->point_values(), conditions.temperatures, material);
+  else
+    for (const PrescribedTerm& term : conditions.temperatures)
+      for (int i : term.point) is_prescribed[i] = 1;
   for (int i = 0; i < cloud.owned; ++i)
     if (is_prescribed[i] != 0) prescribed.push_back(i);
   for (const PrescribedTerm& term : conditions.temperatures) {
@@ -115,6 +118,7 @@ void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<
   const Conductivity k = conductivity(t, T, For::rate);
   sites->add_rate(k, T, F);
   if (images) images->add_rate(t, k, T, F, power);
+  if (penalty) penalty->add_rate(t, T, values(T), F, power);
   for_each_surface_term(t, T, false, [&](std::size_t, const SurfaceTerm& term, std::span<const double> q) {
     double total = 0;
     for (std::size_t p = 0; p < q.size(); ++p) {
@@ -311,7 +315,7 @@ std::vector<double> HeatSystem::breaks() const {
 void HeatSystem::change_sites(double t) { parts_->sites->change(t); }
 
 bool HeatSystem::level_is_fixed() const {
-  bool fixed = !parts_->prescribed.empty() || parts_->images;
+  bool fixed = !parts_->prescribed.empty() || parts_->images || parts_->penalty;
   for (const SurfaceTerm& term : parts_->conditions.fluxes)
     fixed = fixed || (term.flux->depends_on_temperature() && !term.point.empty());
   return any(parts_->cloud.comm, fixed);

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solve/heat_system.hpp"
+#include "solve/penalty_heat.hpp"
 #include "solve/point_values.hpp"
 #include "solve/wall_bonds.hpp"
 #include "solve/wall_rows.hpp"
@@ -33,7 +34,8 @@ struct HeatSystem::Parts {
   std::vector<Role> role;       ///< of all local points
   std::vector<int> prescribed;  ///< owned points, ascending
   std::unique_ptr<AlgebraicWalls> walls;
-  std::unique_ptr<ImageHeat> images;          ///< beyond walls of prescribed temperature; null: none
+  std::unique_ptr<ImageHeat> images;     ///< beyond walls of prescribed temperature; null: none
+  std::unique_ptr<PenaltyHeat> penalty;  ///< holds prescribed temperatures; no point is then prescribed. null: none
   std::unique_ptr<PointValues> point_values;  ///< null: the unknowns are temperatures
   bool is_nodal = true, points_hold_heat = true;
 

@@ -37,7 +37,8 @@ std::string automatic(const Table& time, const HeatSystem& system, State& start)
   if (system.has_algebraic_walls()) return "euler";
   // With parameters as unknowns an explicit stage takes a solution too: it pays where Newton's method would take many.
   const bool explicit_pays =
-      system.is_nodal() || (system.points_hold_heat() && system.material().capacity_depends_on_T());
+      system.is_nodal() ||
+      (system.points_hold_heat() && system.material().capacity_depends_on_T() && !system.sites().penalty_walls());
   if (system.cloud().dimension == 1 || !explicit_pays) return "tr-bdf2";
   constexpr double many = 1e5;
   const double euler_steps = time.number("end") * system.explicit_rate_bound(start.t, start.T) / 2;

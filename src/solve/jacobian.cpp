@@ -95,6 +95,7 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
     ScaledEntries free_rows(cloud, parts.role, Role::free, prescribed_is_known, -rate_factor, J);
     parts.sites->add_jacobian(k, T, free_rows);
     if (parts.images) parts.images->add_jacobian(t, k, T, free_rows);
+    if (parts.penalty) parts.penalty->add_jacobian(t, T, parts.values(T), free_rows);
     parts.add_exchange_derivative(t, T, exchange);
     if (parts.walls) {
       ScaledEntries wall_rows(cloud, parts.role, Role::wall, prescribed_is_known, -rate_factor, J);
@@ -188,6 +189,7 @@ double HeatSystem::rate_bound(double t, std::span<double> T) const {
     const Conductivity k = parts.conductivity(t, T, Parts::For::bound);
     parts.sites->add_row_bound(k, bound);
     if (parts.images) parts.images->add_row_bound(k, bound);
+    if (parts.penalty) parts.penalty->add_row_bound(t, parts.values(T), bound);
     parts.add_exchange_derivative(t, T, exchange);
   });
   double largest = 0;

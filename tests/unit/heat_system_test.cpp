@@ -216,8 +216,10 @@ Eigen::MatrixXd values_of_parameters(const HeatSystem& system) {
 }
 
 TEST(HeatSystem, HasTheJacobianOfItsResidualForParametersToo) {
-  for (const std::string capacity : {"consistent", "one-point"}) {
-    const CaseModel m(by_parameters(jittered_plate + of_place_and_T + all_exchanges, capacity));
+  const std::string plate = jittered_plate + of_place_and_T + all_exchanges;
+  const std::string consistent = by_parameters(plate, "consistent"), one_point = by_parameters(plate, "one-point");
+  for (const std::string& text : {consistent, one_point, one_point + "prescribed = \"penalty\"\n"}) {
+    const CaseModel m(text);
     const HeatSystem& system = m.system();
     const int n = m.cloud().owned;
     m.start();  // sets the scale of the rows of prescribed points
@@ -234,7 +236,7 @@ TEST(HeatSystem, HasTheJacobianOfItsResidualForParametersToo) {
         worst = std::max(worst, std::abs(J(i, j) - exact) / J.row(i).cwiseAbs().maxCoeff());
       }
     }
-    EXPECT_LE(worst, 1e-8) << capacity;
+    EXPECT_LE(worst, 1e-8) << text;
   }
 }
 
@@ -336,6 +338,21 @@ TEST(HeatSystem, HasTheCapacityThatItsEnthalpyHas) {
     }
     for (int i = 0; i < n; ++i) EXPECT_NEAR(sum[i] / C[i], 1, 1e-8);
   }
+}
+
+TEST(HeatSystem, BooksTheHeatThroughWallsHeldByAPenalty) {
+  // T = 600 K - 300 K/m x: 20 W/(m K) * 300 K/m through the wall of 0.4 m * 0.1 m, exact by moving least squares.
+  const std::string walls =
+      "[boundary.xmin]\ntemperature = \"600 K\"\n[boundary.xmax]\ntemperature = \"450 K\"\n[steady]\n";
+  const CaseModel m(by_parameters(jittered_plate + constant + walls, "consistent") + "prescribed = \"penalty\"\n");
+  State state = m.start();
+  solve_steady(m.description(), m.system(), state);
+  std::vector<double> F(m.cloud().owned), power(m.system().accounts().size());
+  m.system().rate(0, state.T, F, power);
+  EXPECT_NEAR(power[0], 240, 1e-7);
+  EXPECT_NEAR(power[1], -240, 1e-7);
+  const std::span<const double> T = m.system().values(state.T);
+  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], 600 - 300 * m.cloud().x[i].x, 1e-8);
 }
 
 TEST(HeatSystem, KeepsPrescribedPointsWhateverTheirEnthalpy) {

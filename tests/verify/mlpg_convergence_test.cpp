@@ -50,6 +50,49 @@ TEST(MlpgConvergence, SteadyHarmonicTemperatureIsOfSecondOrder) {
   }
 }
 
+TEST(MlpgConvergence, PenaltyIsOfTheOrderOfCollocation) {
+  // T = e^x sin y again, from case files.
+  const auto error = [](const std::string& options, int n, double jitter, int seed) {
+    const CaseModel m(fmt::format(R"toml(
+title = "test"
+method = "mlpg"
+[cloud]
+shape = "box"
+size = ["1 m", "1 m"]
+points = [{0}, {0}]
+jitter = {1}
+seed = {2}
+[material.m]
+conductivity = "1 W/(m K)"
+[boundary.walls]
+on = ["xmin", "xmax", "ymin", "ymax"]
+temperature = {{ formula = "exp(x)*sin(y)", unit = "K" }}
+[steady]
+[mlpg]
+{3})toml",
+                                  n + 1, jitter, seed, options));
+    State state = m.start();
+    solve_steady(m.description(), m.system(), state);
+    const std::span<const double> T = m.system().values(state.T);
+    double square = 0;
+    for (int i = 0; i < m.cloud().owned; ++i)
+      square += m.cloud().volume[i] * std::pow(T[i] - std::exp(m.cloud().x[i].x) * std::sin(m.cloud().x[i].y), 2);
+    return std::sqrt(square);
+  };
+  for (const auto& [jitter, cells] :
+       {std::pair<double, std::string>{0, ""}, {0.2, ""}, {0, "subdomain = \"sphere\"\n"}}) {
+    SCOPED_TRACE(testing::Message() << jitter << ' ' << cells);
+    const auto study = [&](const std::string& prescribed) {
+      return errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
+        return error(cells + "prescribed = \"" + prescribed + "\"\n", n, jitter, seed);
+      });
+    };
+    const auto by_collocation = study("collocation"), by_penalty = study("penalty");
+    EXPECT_NEAR(last_rate(by_penalty) / last_rate(by_collocation), 1, 0.1);
+    EXPECT_NEAR(by_penalty.back() / by_collocation.back(), 1, 0.1);
+  }
+}
+
 TEST(MlpgConvergence, CoolingCosineIsOfSecondOrder) {
   // T = cos(pi x) cos(pi y) exp(-2 pi^2 t), insulated, at t = 0.05.
   const Field start = [](const Vec3& x) { return std::cos(pi * x.x) * std::cos(pi * x.y); };
