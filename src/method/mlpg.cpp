@@ -251,7 +251,8 @@ std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Condit
   if (has_cracks(c)) c.root().refuse("method", "mlpg knows no cracks", "use method = \"sph\" or \"peridynamics\"");
   MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
-  if (!table.has("capacity") && material.capacity_depends_on_T()) o.capacity = MlpgCapacity::one_point;
+  if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
+    o.capacity = MlpgCapacity::one_point;
   refuse_what_does_not_fit(c, cloud, o);
   MlpgReport done;
   auto sites = std::make_unique<MlpgSites>(mlpg_sites(cloud, o, done, conditions.temperatures));
@@ -343,7 +344,8 @@ void declare_mlpg(Schema& schema) {
             "",
             optional,
             "Heat of a cell: \"consistent\", integrated over it, or \"one-point\", from the temperature of its point "
-            "(default where the heat capacity depends on temperature, and in three dimensions on irregular clouds).",
+            "(default on tiles where the heat capacity depends on temperature, and in three dimensions on irregular "
+            "clouds).",
             {"consistent", "one-point"}},
            {"subdomain",
             Kind::choice,
