@@ -100,8 +100,9 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 
   std::unique_ptr<FluxSites> sites;
   SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
-  located(cloud_place,
-          [&] { phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, m.weights); }); });
+  located(cloud_place, [&] {
+    phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, material.points, m.weights); });
+  });
   if (const CellSamples* subdomains = sites->subdomains())
     for (const auto& source : sources) source->integrate_over(*subdomains);
   if (const Places* at = sites->conduction_places()) material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);

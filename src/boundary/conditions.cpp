@@ -225,11 +225,17 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
                       .temperature = s.table.function("temperature"),
                       .point = selected_points(s, cloud),
                       .share = {},
+                      .area = {},
                       .x = {}};
   if (term.temperature.depends_on_temperature())
     s.table.refuse("temperature", "a prescribed temperature cannot depend on the temperature",
                    "use place and time only: x, y, z, r, t");
   for (const int i : term.point) term.x.push_back(cloud.x[i]);
+  term.area.resize(term.point.size());
+  for (const Patch& p : cloud.patches) {
+    const auto at = std::ranges::lower_bound(term.point, p.point);
+    if (at != term.point.end() && *at == p.point && s.holds(p)) term.area[at - term.point.begin()] += p.area * p.normal;
+  }
   if (!cloud.points_on_walls) {
     for (const Patch& p : cloud.patches) {
       if (!s.holds(p)) continue;

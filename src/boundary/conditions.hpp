@@ -47,6 +47,7 @@ struct PrescribedTerm {
   Function temperature;       ///< K
   std::vector<int> point;     ///< owned points, ascending
   std::vector<double> share;  ///< 1, or 1/2 where two meet, ...
+  std::vector<Vec3> area;     ///< outward, of the wall that each of these points has here, m^2
   std::vector<Vec3> x;        ///< of these points, or of the wall beside every patch of a cell-centred cloud
 };
 

@@ -98,6 +98,14 @@ struct WallBonds {
   std::vector<double> G;  ///< m; the bond of j to the image of i has that of i to the image of j
 };
 
+/// Walls that a penalty holds at their temperature: into point i of the wall flows the heat
+///   k_i [slope . T + stiffness (T* - T(x_i))],
+/// that of the temperature's gradient and that of the penalty. For every one of Conditions::temperatures, its points.
+struct PenaltyWalls {
+  std::vector<SparseRows> slope;               ///< area . grad T, m
+  std::vector<std::vector<double>> stiffness;  ///< m
+};
+
 class FluxSites {
  public:
   virtual ~FluxSites() = default;
@@ -134,6 +142,8 @@ class FluxSites {
   virtual const WallRows* wall_rows() const { return nullptr; }
   /// Null unless mirror images lie beyond walls of prescribed temperature.
   virtual const WallBonds* wall_bonds() const { return nullptr; }
+  /// Null unless a penalty holds the walls of prescribed temperature.
+  virtual const PenaltyWalls* penalty_walls() const { return nullptr; }
 };
 
 }  // namespace calor

@@ -9,6 +9,7 @@
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
+#include "material/material_field.hpp"
 #include "method/flux_sites.hpp"
 
 namespace calor {
@@ -20,9 +21,9 @@ struct Method {
   std::string name;
   /// How far its points see at most: sizes the ghosts.
   Support (*reach)(const Case& c);
-  /// `conditions` say which walls mirror images lie beyond.
+  /// `conditions` say which walls mirror images lie beyond, `material` whether its heat capacity varies.
   std::unique_ptr<FluxSites> (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
-                                      MethodReport& report);
+                                      const MaterialField& material, MethodReport& report);
 };
 
 /// Counts pairs for the report and refuses points with too few neighbours. Collective.

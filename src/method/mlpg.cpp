@@ -68,14 +68,38 @@ void gather_at_points(const Cloud& cloud, CellPlaces& cells) {
   cells = std::move(gathered);
 }
 
-MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, CellPlaces cells,
-                          std::optional<CellSamples> subdomains, MlpgReport& report) {
-  std::vector<Vec3> places = faces.x;
-  places.insert(places.end(), cells.x.begin(), cells.x.end());
+/// The walls of prescribed temperature, whose rows of shape functions begin at `first`.
+PenaltyWalls penalty_walls(const Cloud& cloud, const ShapeRows& shapes, std::size_t first,
+                           std::span<const PrescribedTerm> temperatures) {
+  constexpr double alpha = 1e5;  // in conductivity / spacing: walls are off by 1e-5 of what T changes over a spacing
+  PenaltyWalls walls;
+  for (const PrescribedTerm& term : temperatures) {
+    SparseRows& slope = walls.slope.emplace_back();
+    std::vector<double>& stiffness = walls.stiffness.emplace_back();
+    for (std::size_t n = 0; n < term.point.size(); ++n) {
+      add_slopes(shapes, first++, slope);
+      close_row(slope);
+      stiffness.push_back(alpha * norm(term.area[n]) / cloud.spacing[term.point[n]]);
+    }
+  }
+  return walls;
+}
+
+MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, std::optional<CellPlaces> cells,
+                          std::optional<CellSamples> subdomains, std::span<const PrescribedTerm> temperatures,
+                          MlpgReport& report) {
+  std::vector<Vec3> places = faces.x, along = faces.area;
+  if (o.prescribed == MlpgPrescribed::collocation) temperatures = {};
+  for (const PrescribedTerm& term : temperatures) {
+    places.insert(places.end(), term.x.begin(), term.x.end());
+    along.insert(along.end(), term.area.begin(), term.area.end());
+  }
+  const std::size_t with_slope = places.size();
+  if (cells) places.insert(places.end(), cells->x.begin(), cells->x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const std::vector<double> R_first = support_radii(cloud, o.support);
   std::vector<double> R = R_first;
-  const auto shapes = shape_rows(cloud, o.mls, o.support, R, places, faces.area);
+  const auto shapes = shape_rows(cloud, o.mls, o.support, R, places, along);
   report.supports = report_of(cloud, R_first, R);
   MlpgRows rows{.flux = {},
                 .conduction = places_of(cloud, faces),
@@ -87,10 +111,11 @@ MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces,
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);
   }
-  const std::size_t in_cells = rows.cells.x.size();
+  if (o.prescribed == MlpgPrescribed::penalty) rows.walls = penalty_walls(cloud, shapes, faces.size(), temperatures);
+  const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
   rows.conduction.phi = values(shapes, 0, faces.size());
-  rows.cells.phi = values(shapes, faces.size(), in_cells);
-  rows.value = values(shapes, faces.size() + in_cells, cloud.owned);
+  if (rows.cells) rows.cells->phi = values(shapes, with_slope, in_cells);
+  rows.value = values(shapes, with_slope + in_cells, cloud.owned);
   return MlpgSites(cloud, std::move(faces), std::move(rows), false);
 }
 
@@ -139,6 +164,7 @@ MlpgOptions options_of(const Table& table, int dimension, bool regular) {
   if (table.has("flux")) o.flux = table.text("flux") == "parameters" ? MlpgFlux::parameters : MlpgFlux::edge_stabilised;
   if (table.has("capacity"))
     o.capacity = table.text("capacity") == "consistent" ? MlpgCapacity::consistent : MlpgCapacity::one_point;
+  if (table.text("prescribed") == "penalty") o.prescribed = MlpgPrescribed::penalty;
   o.radius = table.number("radius");
   return o;
 }
@@ -159,6 +185,10 @@ void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptio
   if (values && table.has("capacity") && o.capacity == MlpgCapacity::consistent)
     table.refuse("capacity", "with flux = \"edge-stabilised\" every point holds the heat of its cell by itself",
                  "leave capacity out, or take flux = \"parameters\"");
+  if (values && o.prescribed == MlpgPrescribed::penalty)
+    table.refuse("prescribed",
+                 "with flux = \"edge-stabilised\" the temperatures of the points are the unknowns themselves",
+                 "leave prescribed out, or take flux = \"parameters\"");
   if (o.subdomain == MlpgSubdomain::sphere && !(o.radius > 0.05 && o.radius < 1))
     table.refuse("radius", fmt::format("radius = {:g}: it must lie between 0.05 and 1 spacing", o.radius), "take 0.7");
 }
@@ -219,13 +249,17 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
                  cure);
 }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions&, MethodReport& report) {
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                                 const MaterialField& material, MethodReport& report) {
   const Table table = c.section("mlpg");
   if (has_cracks(c)) c.root().refuse("method", "mlpg knows no cracks", "use method = \"sph\" or \"peridynamics\"");
-  const MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
+  if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
+    o.capacity = MlpgCapacity::one_point;
   refuse_what_does_not_fit(c, cloud, o);
   MlpgReport done;
-  auto sites = std::make_unique<MlpgSites>(mlpg_sites(cloud, o, done));
+  auto sites = std::make_unique<MlpgSites>(mlpg_sites(cloud, o, done, conditions.temperatures));
   report["pairs"] = static_cast<double>(done.faces.pairs);
   report["neighbours"] = done.neighbours;
   report["weight_residual"] = done.faces.residual;
@@ -255,7 +289,8 @@ double mlpg_reach(const MlpgOptions& options) {
   return std::max(virtual_face_reach(), 2 * options.support.limit());
 }
 
-MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report) {
+MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
+                     std::span<const PrescribedTerm> temperatures) {
   report = {};
   const bool values = options.flux == MlpgFlux::edge_stabilised;
   const auto build_sites = [&] {
@@ -264,13 +299,13 @@ MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport&
       CellSamples samples = samples_of(spheres.cells);
       if (options.capacity == MlpgCapacity::one_point) gather_at_points(cloud, spheres.cells);
       return parameter_sites(cloud, options, std::move(spheres.faces), std::move(spheres.cells), std::move(samples),
-                             report);
+                             temperatures, report);
     }
     Faces faces = cloud.box_lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
     if (values) return value_sites(cloud, options, std::move(faces), report);
-    return parameter_sites(cloud, options, std::move(faces),
-                           options.capacity == MlpgCapacity::consistent ? gauss_points(cloud) : one_point(cloud), {},
-                           report);
+    std::optional<CellPlaces> cells;
+    if (options.capacity == MlpgCapacity::consistent) cells = gauss_points(cloud);
+    return parameter_sites(cloud, options, std::move(faces), std::move(cells), {}, temperatures, report);
   };
   MlpgSites sites = build_sites();
   const auto rows = total(cloud.comm, static_cast<std::int64_t>(sites.flux_rows().count()));
@@ -313,7 +348,8 @@ void declare_mlpg(Schema& schema) {
             "",
             optional,
             "Heat of a cell: \"consistent\", integrated over it, or \"one-point\", from the temperature of its point "
-            "(default in three dimensions on irregular clouds).",
+            "(default on tiles where the heat capacity depends on temperature, and in three dimensions on irregular "
+            "clouds).",
             {"consistent", "one-point"}},
            {"subdomain",
             Kind::choice,
@@ -323,6 +359,13 @@ void declare_mlpg(Schema& schema) {
             "for "
             "comparison.",
             {"tiles", "sphere"}},
+           {"prescribed",
+            Kind::choice,
+            "",
+            "collocation",
+            "How parameters meet a prescribed temperature: \"collocation\" of T^h at the points on the wall, or a "
+            "\"penalty\" in their heat balances, as in the papers.",
+            {"collocation", "penalty"}},
            {"radius", Kind::number, "", "0.7", "Radius of the circles or spheres over spacing."},
        }});
 }

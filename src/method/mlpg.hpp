@@ -26,6 +26,11 @@ enum class MlpgSubdomain {
   sphere,  ///< circles and spheres around the points, which overlap: for comparison with the papers
 };
 
+enum class MlpgPrescribed {
+  collocation,  ///< the row of a point on the wall says T^h(x_i) = T*
+  penalty,      ///< its heat balance has the flux through the wall and alpha (T* - T^h), alpha = 1e5 k / spacing
+};
+
 struct MlpgOptions {
   MovingLeastSquares mls;
   SupportSize support;
@@ -33,6 +38,7 @@ struct MlpgOptions {
   MlpgCapacity capacity = MlpgCapacity::consistent;
   MlpgSubdomain subdomain = MlpgSubdomain::tiles;
   double radius = 0.7;  ///< of the spheres, over spacing
+  MlpgPrescribed prescribed = MlpgPrescribed::collocation;
 
   /// What suits the cloud; `regular`: a box lattice.
   static MlpgOptions defaults(int dimension, bool regular, int degree = 1);
@@ -48,8 +54,10 @@ struct MlpgReport {
 double mlpg_reach(const MlpgOptions& options);
 
 /// Sites on cells that fill the body, boxes on box lattices and virtual faces on all other clouds; or on spheres. The
-/// cloud must have points on the walls and boundary areas. Collective; throws Error.
-MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report);
+/// cloud must have points on the walls and boundary areas. `temperatures` are the prescribed ones. Collective; throws
+/// Error.
+MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
+                     std::span<const PrescribedTerm> temperatures = {});
 
 /// Registers method = "mlpg".
 Method mlpg_method();

@@ -62,7 +62,8 @@ void MlpgSites::find_coupled() {
     }
     if (!nodal_) {
       see(columns(rows_.value, i));
-      for (auto q = rows_.cells.cell[i]; q < rows_.cells.cell[i + 1]; ++q) see(columns(rows_.cells.phi, q));
+      for (auto q = rows_.cells ? rows_.cells->cell[i] : 0; rows_.cells && q < rows_.cells->cell[i + 1]; ++q)
+        see(columns(rows_.cells->phi, q));
     }
     std::sort(coupled_.begin() + first_coupled_.back(), coupled_.end(),
               [&](std::int32_t j, std::int32_t l) { return cloud_.id[j] < cloud_.id[l]; });

@@ -23,12 +23,13 @@ struct ShapeFunctions {
 
 /// Rows over the unknowns: MLS parameters, or values at the points.
 struct MlpgRows {
-  SparseRows flux;    ///< g_q at the face points, m
-  Places conduction;  ///< the face points
-  CellPlaces cells;
+  SparseRows flux;                             ///< g_q at the face points, m
+  Places conduction;                           ///< the face points
+  std::optional<CellPlaces> cells;             ///< none: a point holds the heat of its cell at its own temperature
   SparseRows value;                            ///< Phi at the owned points
   std::optional<CellSamples> subdomains = {};  ///< where they are not the points' cells
   ShapeFunctions shapes = {};                  ///< for values at other places
+  std::optional<PenaltyWalls> walls = {};      ///< none: prescribed temperatures are collocated
 };
 
 class MlpgSites final : public FluxSites {
@@ -43,8 +44,9 @@ class MlpgSites final : public FluxSites {
   void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
   std::span<const std::int32_t> coupled(int i) const override;
   const Places* conduction_places() const override { return nodal_ ? nullptr : &rows_.conduction; }
-  const CellPlaces* capacity_places() const override { return nodal_ ? nullptr : &rows_.cells; }
+  const CellPlaces* capacity_places() const override { return rows_.cells ? &*rows_.cells : nullptr; }
   const CellSamples* subdomains() const override { return rows_.subdomains ? &*rows_.subdomains : nullptr; }
+  const PenaltyWalls* penalty_walls() const override { return rows_.walls ? &*rows_.walls : nullptr; }
   const SparseRows* point_values() const override { return nodal_ ? nullptr : &rows_.value; }
   std::optional<SparseRows> value_rows(std::span<const Vec3> places) const override;
 

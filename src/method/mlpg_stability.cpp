@@ -109,14 +109,16 @@ Mat stepping_matrix(const Cloud& cloud, const MlpgSites& sites, double dt, doubl
   Mat matrix = nullptr;
   MatCreateAIJ(cloud.comm, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0, diagonal.data(), 0,
                off_diagonal.data(), &matrix);
-  const CellPlaces& cells = *sites.capacity_places();
-  const SparseRows& phi = cells.phi;
+  const auto hold = [&](int i, const SparseRows& phi, std::size_t r, double volume) {
+    Entries entries(cloud, matrix, volume / dt);
+    const auto n = static_cast<std::size_t>(phi.row[r + 1] - phi.row[r]);
+    entries.add(i, {phi.column.data() + phi.row[r], n}, {phi.value.data() + phi.row[r], n});
+  };
+  const CellPlaces* cells = sites.capacity_places();
   for (int i = 0; i < cloud.owned; ++i) {
-    for (auto q = cells.cell[i]; q < cells.cell[i + 1]; ++q) {
-      Entries entries(cloud, matrix, cells.volume[q] / dt);
-      const auto n = static_cast<std::size_t>(phi.row[q + 1] - phi.row[q]);
-      entries.add(i, {phi.column.data() + phi.row[q], n}, {phi.value.data() + phi.row[q], n});
-    }
+    if (!cells) hold(i, *sites.point_values(), i, cloud.volume[i]);
+    for (auto q = cells ? cells->cell[i] : 0; cells && q < cells->cell[i + 1]; ++q)
+      hold(i, cells->phi, q, cells->volume[q]);
   }
   const std::vector<double> one(sites.faces().size(), 1.0);
   Entries entries(cloud, matrix, -factor);  // the sites give -K

@@ -62,7 +62,7 @@ Peridynamics options_of(const Table& table, bool lattice_in_cells) {
 
 Support reach(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
                                  MethodReport& report) {
   const Table table = c.section("peridynamics");
   const Peridynamics options = options_of(table, cloud.box_lattice && !cloud.points_on_walls);

@@ -65,7 +65,7 @@ double smoothing_of(const Table& options, bool exact_lattice) {
 
 Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
                                  MethodReport& report) {
   const Table options = c.section("sph");
   const double smoothing = smoothing_of(options, has_exact_weights(cloud));

@@ -26,7 +26,7 @@ class Euler final : public Marcher {
     const bool bound_is_constant = system.jacobian_is_constant();
     double bound = 0;
     while (state.t < stretch.end()) {
-      if (bound == 0 || !bound_is_constant) bound = system.rate_bound(stretch.data_time(state.t), state.T);
+      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(stretch.data_time(state.t), state.T);
       const double stable = bound > 0 ? options_.safety * 2 / bound : std::numeric_limits<double>::infinity();
       const double longest = system.longest_step(stretch.begin(), stretch.end());
       // Equal steps over what is left: the last one is not a splinter.

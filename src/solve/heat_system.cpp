@@ -26,11 +26,14 @@ HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, 
   const Places* between = sites->conduction_places();
   k_.resize(between ? between->x.size() : cloud.x.size());
   if (const SparseRows* phi = sites->point_values()) point_values = std::make_unique<PointValues>(cloud, *phi);
-  is_nodal = !point_values && !sites->capacity_places();
+  is_nodal = !point_values, points_hold_heat = !sites->capacity_places();
 
   std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
-  for (const PrescribedTerm& term : conditions.temperatures)
-    for (int i : term.point) is_prescribed[i] = 1;
+  if (const PenaltyWalls* by_penalty = sites->penalty_walls())
+    penalty = std::make_unique<PenaltyHeat>(*by_penalty, *sites->point_values(), conditions.temperatures, material);
+  else
+    for (const PrescribedTerm& term : conditions.temperatures)
+      for (int i : term.point) is_prescribed[i] = 1;
   for (int i = 0; i < cloud.owned; ++i)
     if (is_prescribed[i] != 0) prescribed.push_back(i);
   for (const PrescribedTerm& term : conditions.temperatures) {
@@ -115,6 +118,7 @@ void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<
   const Conductivity k = conductivity(t, T, For::rate);
   sites->add_rate(k, T, F);
   if (images) images->add_rate(t, k, T, F, power);
+  if (penalty) penalty->add_rate(t, T, values(T), F, power);
   for_each_surface_term(t, T, false, [&](std::size_t, const SurfaceTerm& term, std::span<const double> q) {
     double total = 0;
     for (std::size_t p = 0; p < q.size(); ++p) {
@@ -159,6 +163,7 @@ int HeatSystem::boundary_accounts() const { return static_cast<int>(parts_->cond
 std::span<const int> HeatSystem::prescribed() const { return parts_->prescribed; }
 bool HeatSystem::has_algebraic_walls() const { return parts_->walls != nullptr; }
 bool HeatSystem::is_nodal() const { return parts_->is_nodal; }
+bool HeatSystem::points_hold_heat() const { return parts_->points_hold_heat; }
 
 std::span<const double> HeatSystem::values(std::span<double> T) const {
   if (parts_->point_values) parts_->cloud.halo.update(T);
@@ -196,25 +201,61 @@ void HeatSystem::capacity(std::span<const double> T, std::span<double> C) const 
   together(parts_->cloud.comm, [&] { parts_->hold(T, {}, C); });
 }
 
-void HeatSystem::temperature(std::span<const double> E, std::span<double> T) const {
-  if (!parts_->is_nodal) return;
-  const Cloud& cloud = parts_->cloud;
-  auto& H = parts_->scratch;
+void HeatSystem::Parts::temperatures(std::span<const double> E, std::span<double> T) {
+  std::vector<double>& H = scratch;
   H.resize(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) H[i] = E[i] / cloud.volume[i];
   // Prescribed points keep their temperature: before the wall's reaction is booked, what F alone would make of them can
   // lie far outside the material's range. So do algebraic wall points, which hold no heat.
-  auto& kept = parts_->kept_T;
-  kept.clear();
+  kept_T.clear();
   for (int i = 0; i < cloud.owned; ++i) {
-    if (parts_->role[i] == Role::free) continue;
-    kept.push_back(T[i]);
+    if (role[i] == Role::free) continue;
+    kept_T.push_back(T[i]);
     H[i] = 0;
   }
-  together(cloud.comm, [&] { parts_->material.temperature(H, T); });
-  auto value = kept.begin();
+  together(cloud.comm, [&] { material.temperature(H, T); });
+  auto value = kept_T.begin();
   for (int i = 0; i < cloud.owned; ++i)
-    if (parts_->role[i] != Role::free) T[i] = *value++;
+    if (role[i] != Role::free) T[i] = *value++;
+}
+
+void HeatSystem::temperature(std::span<const double> E, std::span<double> T) const {
+  if (is_nodal()) {
+    parts_->temperatures(E, T);
+    return;
+  }
+  const std::span<const double> guess = values(T);
+  std::vector<double>& change = parts_->T_points;
+  change.assign(guess.begin(), guess.end());
+  parts_->temperatures(E, change);
+  for (std::size_t i = 0; i < change.size(); ++i) change[i] -= guess[i];
+  parts_->point_values->add(change, T);
+}
+
+void HeatSystem::step_in_enthalpy(std::span<double> T, std::span<double> dT) const {
+  Parts& parts = *parts_;
+  const std::size_t n = dT.size();
+  parts.cloud.halo.update(T);
+  std::vector<double> E(n), C(n), step(T.size());
+  energy(T, E);
+  capacity(T, C);
+  std::ranges::copy(dT, step.begin());
+  const std::span<const double> dT_points = values(step);
+  std::vector<double> change(dT_points.begin(), dT_points.end());
+  const std::span<const double> T_points = parts.values(T);
+  std::vector<double> T_new(T_points.begin(), T_points.end());
+  for (std::size_t i = 0; i < n; ++i) E[i] += C[i] * change[i];
+  parts.temperatures(E, T_new);
+  // Where both agree the step stays as it is: the way back from the enthalpy has fewer digits.
+  for (std::size_t i = 0; i < n; ++i) {
+    const double excess = T_new[i] - (T_points[i] + change[i]);
+    const bool differs = parts.role[i] == Role::free && std::abs(excess) > 1e-12 * std::abs(T_points[i]);
+    change[i] = differs ? excess : 0;
+  }
+  if (parts.point_values)
+    parts.point_values->add(change, dT);
+  else
+    for (std::size_t i = 0; i < n; ++i) dT[i] += change[i];
 }
 
 void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
@@ -274,7 +315,7 @@ std::vector<double> HeatSystem::breaks() const {
 void HeatSystem::change_sites(double t) { parts_->sites->change(t); }
 
 bool HeatSystem::level_is_fixed() const {
-  bool fixed = !parts_->prescribed.empty() || parts_->images;
+  bool fixed = !parts_->prescribed.empty() || parts_->images || parts_->penalty;
   for (const SurfaceTerm& term : parts_->conditions.fluxes)
     fixed = fixed || (term.flux->depends_on_temperature() && !term.point.empty());
   return any(parts_->cloud.comm, fixed);

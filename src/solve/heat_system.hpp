@@ -51,8 +51,9 @@ class HeatSystem {
   State start(double t, std::span<const double> T_owned) const;
   /// Temperatures of the owned points from the unknowns, K. Valid until the next call. Collective.
   std::span<const double> values(std::span<double> T) const;
-  /// Are the unknowns temperatures of points that hold their own heat? Explicit integrators need that.
-  bool is_nodal() const;
+  bool is_nodal() const;  ///< are the unknowns the temperatures of the points?
+  /// Does every point hold the heat of its cell at its own temperature? Explicit integrators need that.
+  bool points_hold_heat() const;
 
   /// F_i = net heat into every owned point by conduction, wall fluxes and sources, W (prescribed points too: without
   /// their reaction; 0 at algebraic wall points); power[a] = this rank's share by account a, W, without reactions.
@@ -62,8 +63,11 @@ class HeatSystem {
   // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of T up to date.
   void energy(std::span<const double> T, std::span<double> E) const;
   void capacity(std::span<const double> T, std::span<double> C) const;
-  /// Inverse of energy; T holds a guess. Leaves T as it is unless is_nodal(): an implicit step knows it already.
+  /// Inverse of energy where points hold their heat; T holds a guess, its ghosts may be stale. Collective.
   void temperature(std::span<const double> E, std::span<double> T) const;
+  /// Bends a step dT of the owned unknowns from T to one in the enthalpies: dE = C d(values), and the new temperatures
+  /// follow from E. Only where points hold heat. Updates the ghosts of T. Collective.
+  void step_in_enthalpy(std::span<double> T, std::span<double> dT) const;
 
   /// Sets prescribed points to their temperature at time t, books the heat that this takes (the reaction) and solves
   /// algebraic wall rows. Call it at t = 0 and after every stage or step that advanced E by F. Collective.
@@ -86,6 +90,9 @@ class HeatSystem {
   /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/dT) at (t, T), 1/s: explicit Euler is stable for
   /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
   double rate_bound(double t, std::span<double> T) const;
+  /// The same for explicit steps where points hold heat. With parameters as unknowns these go by C^-1 (-dF/dT) Phi^-1,
+  /// of which no row sums are known: the bound above, times what its largest eigenvalue is to that in a uniform body.
+  double explicit_rate_bound(double t, std::span<double> T) const;
   /// The largest eigenvalue itself (from below, within a percent). Collective.
   double largest_rate(double t, std::span<double> T) const;
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "solve/heat_system.hpp"
+#include "solve/penalty_heat.hpp"
 #include "solve/point_values.hpp"
 #include "solve/wall_bonds.hpp"
 #include "solve/wall_rows.hpp"
@@ -33,12 +34,15 @@ struct HeatSystem::Parts {
   std::vector<Role> role;       ///< of all local points
   std::vector<int> prescribed;  ///< owned points, ascending
   std::unique_ptr<AlgebraicWalls> walls;
-  std::unique_ptr<ImageHeat> images;          ///< beyond walls of prescribed temperature; null: none
+  std::unique_ptr<ImageHeat> images;     ///< beyond walls of prescribed temperature; null: none
+  std::unique_ptr<PenaltyHeat> penalty;  ///< holds prescribed temperatures; no point is then prescribed. null: none
   std::unique_ptr<PointValues> point_values;  ///< null: the unknowns are temperatures
-  bool is_nodal = true;
+  bool is_nodal = true, points_hold_heat = true;
 
   /// Temperatures of the owned points; T with valid ghosts.
   std::span<const double> values(std::span<const double> T);
+  /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
+  void temperatures(std::span<const double> E, std::span<double> T);
   /// Enthalpies or capacities of the owned points' cells; either may be empty. Not collective.
   void hold(std::span<const double> T, std::span<double> E, std::span<double> C);
 
@@ -57,6 +61,9 @@ struct HeatSystem::Parts {
   /// Sets the unknowns so that prescribed points have their temperature. Collective.
   void meet_constraints(double t, std::span<double> T);
 
+  /// Largest eigenvalue of V^-1 K Phi^-1 of free points over the largest row sum of V^-1 |K|, with k = 1. Collective.
+  double rate_of_values_over_bound();
+
   /// Fills held_E with the enthalpies of the prescribed points at T. Not collective.
   void hold_prescribed(std::span<const double> T);
 
@@ -71,7 +78,8 @@ struct HeatSystem::Parts {
   bool prescribed_is_constant = true;
   std::vector<std::vector<int>> place;  ///< for every prescribed term: where its points are in `prescribed`
 
-  std::vector<double> scratch, kept_T;
+  std::vector<double> scratch, kept_T, T_points;
+  double explicit_over_bound = 0;        ///< see explicit_rate_bound; 0: not yet known
   std::vector<double> constraint_scale;  ///< J/K, of `prescribed`; empty in nodal systems
 
   /// Rows of free points get the derivative of capacity and exchange, those of prescribed points their constraint: for

@@ -22,8 +22,8 @@ StageSolver::StageSolver(const HeatSystem& system)
                    },
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
                .bend = steps_in_enthalpy(system)
-                           ? [this](std::span<const double> T, std::span<double> dT) { step_in_enthalpy(T, dT); }
-                           : std::function<void(std::span<const double>, std::span<double>)>()},
+                           ? [this](std::span<double> T, std::span<double> dT) { system_.step_in_enthalpy(T, dT); }
+                           : std::function<void(std::span<double>, std::span<double>)>()},
               false),
       F_(system.cloud().owned),
       tolerance_(system.cloud().owned) {
@@ -31,20 +31,7 @@ StageSolver::StageSolver(const HeatSystem& system)
 }
 
 bool StageSolver::steps_in_enthalpy(const HeatSystem& system) {
-  return system.is_nodal() && system.material().capacity_depends_on_T();
-}
-
-void StageSolver::step_in_enthalpy(std::span<const double> T, std::span<double> dT) {
-  const std::size_t n = dT.size();
-  E_.resize(n), C_.resize(n);
-  system_.energy(T, E_);
-  system_.capacity(T, C_);
-  T_new_.assign(T.begin(), T.end());
-  for (std::size_t i = 0; i < n; ++i) E_[i] += C_[i] * dT[i];
-  system_.temperature(E_, T_new_);
-  // Where both agree the step stays as it is: the way back from the enthalpy has fewer digits.
-  for (std::size_t i = 0; i < n; ++i)
-    if (std::abs(T_new_[i] - (T[i] + dT[i])) > 1e-12 * std::abs(T[i])) dT[i] = T_new_[i] - T[i];
+  return system.points_hold_heat() && system.material().capacity_depends_on_T();
 }
 
 bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
@@ -103,7 +90,7 @@ void ImplicitMarcher::take(const HeatSystem& system, State& state, const Stretch
   }
   state.t = t_new;
   state.T = T_;
-  system.temperature(state.E, state.T);
+  if (system.is_nodal()) system.temperature(state.E, state.T);
   system.impose(stretch.data_time(t_new), state.T, state.E, state.exchanged);
 }
 

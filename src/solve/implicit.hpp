@@ -24,17 +24,15 @@ class StageSolver {
   void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x); }
 
  private:
-  /// Where the capacity depends on temperature, Newton's method goes in the enthalpies: dE = C dT, and the temperatures
-  /// follow from E. In temperatures it would jump to and fro over a narrow range of melting (Swaminathan & Voller,
-  /// Metall. Trans. B 23 (1992) 651).
+  /// Where the capacity depends on temperature, Newton's method goes in the enthalpies. In temperatures it would jump
+  /// to and fro over a narrow range of melting (Swaminathan & Voller, Metall. Trans. B 23 (1992) 651).
   static bool steps_in_enthalpy(const HeatSystem& system);
-  void step_in_enthalpy(std::span<const double> T, std::span<double> dT);
 
   const HeatSystem& system_;
   Newton newton_;
   double t_ = 0, gamma_dt_ = 0, rate_bound_ = 0;
   std::span<const double> known_;
-  std::vector<double> F_, tolerance_, E_, C_, T_new_;
+  std::vector<double> F_, tolerance_;
   std::exception_ptr reason_;
 };
 

@@ -33,15 +33,21 @@ const IntegratorKind& kind_of(const std::string& name) {
 }
 
 /// Lines factorise cheaply; elsewhere super-time-stepping needs no matrix and wins until the problem is very stiff.
-std::string automatic(const Table& time, const HeatSystem& system, double bound) {
+std::string automatic(const Table& time, const HeatSystem& system, State& start) {
   if (system.has_algebraic_walls()) return "euler";
+  // With parameters as unknowns an explicit stage takes a solution too: it pays where Newton's method would take many.
+  const bool explicit_pays =
+      system.is_nodal() ||
+      (system.points_hold_heat() && system.material().capacity_depends_on_T() && !system.sites().penalty_walls());
+  if (system.cloud().dimension == 1 || !explicit_pays) return "tr-bdf2";
   constexpr double many = 1e5;
-  const double euler_steps = time.number("end") * bound / 2;
-  return system.cloud().dimension == 1 || euler_steps > many || !system.is_nodal() ? "tr-bdf2" : "rkl2";
+  const double euler_steps = time.number("end") * system.explicit_rate_bound(start.t, start.T) / 2;
+  return euler_steps > many ? "tr-bdf2" : "rkl2";
 }
 
 /// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
-void check_step(const Table& time, const HeatSystem& system, State& start, double step, double bound) {
+void check_step(const Table& time, const HeatSystem& system, State& start, double step) {
+  const double bound = system.explicit_rate_bound(start.t, start.T);
   if (step * bound <= 2 * (1 + 1e-9)) return;
   const bool is_symmetric = system.sites().symmetric(system.material().mean(), false);
   const double limit = 2 / (is_symmetric ? system.largest_rate(start.t, start.T) : bound);
@@ -66,18 +72,18 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
   if (!system.material().has_capacity())
     c.root().refuse("time", "a transient case needs density and specific_heat of every material",
                     "add them, or take [steady] instead of [time]");
-  const double bound = system.rate_bound(start.t, start.T);
   const bool is_automatic = !time.has("integrator") || time.text("integrator") == "automatic";
-  const IntegratorKind& kind = kind_of(is_automatic ? automatic(time, system, bound) : time.text("integrator"));
+  const IntegratorKind& kind = kind_of(is_automatic ? automatic(time, system, start) : time.text("integrator"));
   if (system.has_algebraic_walls() && kind.name != "euler")
     time.refuse("integrator",
                 fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
                 "take integrator = \"euler\", or correction = \"consistent\"");
 
-  if (kind.is_explicit && !system.is_nodal())
+  if (kind.is_explicit && !system.points_hold_heat())
     time.refuse("integrator",
                 fmt::format("{} needs points that hold their own heat; those of this method share it", kind.name),
-                "take integrator = \"tr-bdf2\" or \"crank-nicolson\", or mlpg.flux = \"edge-stabilised\"");
+                "take integrator = \"tr-bdf2\" or \"crank-nicolson\", mlpg.capacity = \"one-point\", or mlpg.flux = "
+                "\"edge-stabilised\"");
 
   StepOptions options;
   for (const char* key : {"step", "tolerance"}) {
@@ -97,7 +103,7 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
   options.safety = time.number("safety");
   if (!(options.safety > 0 && options.safety <= 1))
     time.refuse("safety", fmt::format("a safety of {} does not lie between 0 and 1", options.safety), "take 0.9");
-  if (kind.name == "euler" && options.step) check_step(time, system, start, *options.step, bound);
+  if (kind.name == "euler" && options.step) check_step(time, system, start, *options.step);
   return kind.make(options);
 }
 
@@ -107,22 +113,23 @@ void declare_time(Schema& schema) {
   schema.add(
       {.path = "time",
        .sentence = "A transient run from t = 0. Steps land on output times and on jumps and kinks of tables in time.",
-       .keys = {
-           {"end", Kind::quantity, "s", required, "End of the run."},
-           {"integrator", Kind::choice, "", "automatic",
-            "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
-            "(implicit); "
-            "automatic: euler for correction = \"paper\", tr-bdf2 for lines and very stiff problems, otherwise rkl2.",
-            names},
-           {"step", Kind::quantity, "s", optional,
-            "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "
-            "integrator steps over more than 0.3 sigma of a moving source."},
-           {"tolerance", Kind::difference, "K", optional,
-            "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
-            "temperatures."},
-           {"safety", Kind::number, "", "0.9", "Part of the stable step that euler takes."},
-           {"steady_below", Kind::quantity, "K/s", optional,
-            "The run ends when no temperature changes faster than this."}}});
+       .keys = {{"end", Kind::quantity, "s", required, "End of the run."},
+                {"integrator", Kind::choice, "", "automatic",
+                 "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
+                 "(implicit); "
+                 "automatic: euler for correction = \"paper\"; tr-bdf2 for lines, very stiff problems and parameters "
+                 "of MLPG "
+                 "with a constant heat capacity; otherwise rkl2.",
+                 names},
+                {"step", Kind::quantity, "s", optional,
+                 "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "
+                 "integrator steps over more than 0.3 sigma of a moving source."},
+                {"tolerance", Kind::difference, "K", optional,
+                 "Error allowed to one step of rkl2 and tr-bdf2 where no step is given; default: 1e-4 of the span of "
+                 "temperatures."},
+                {"safety", Kind::number, "", "0.9", "Part of the stable step that euler takes."},
+                {"steady_below", Kind::quantity, "K/s", optional,
+                 "The run ends when no temperature changes faster than this."}}});
   schema.add({.path = "steady",
               .sentence = "The steady state instead of a transient run, by Newton's method.",
               .keys = {{"tolerance", Kind::number, "", "1e-11",

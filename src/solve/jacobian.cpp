@@ -4,6 +4,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "base/parallel.hpp"
 #include "solve/heat_system_parts.hpp"
@@ -94,6 +95,7 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
     ScaledEntries free_rows(cloud, parts.role, Role::free, prescribed_is_known, -rate_factor, J);
     parts.sites->add_jacobian(k, T, free_rows);
     if (parts.images) parts.images->add_jacobian(t, k, T, free_rows);
+    if (parts.penalty) parts.penalty->add_jacobian(t, T, parts.values(T), free_rows);
     parts.add_exchange_derivative(t, T, exchange);
     if (parts.walls) {
       ScaledEntries wall_rows(cloud, parts.role, Role::wall, prescribed_is_known, -rate_factor, J);
@@ -187,12 +189,50 @@ double HeatSystem::rate_bound(double t, std::span<double> T) const {
     const Conductivity k = parts.conductivity(t, T, Parts::For::bound);
     parts.sites->add_row_bound(k, bound);
     if (parts.images) parts.images->add_row_bound(k, bound);
+    if (parts.penalty) parts.penalty->add_row_bound(t, parts.values(T), bound);
     parts.add_exchange_derivative(t, T, exchange);
   });
   double largest = 0;
   for (int i = 0; i < cloud.owned; ++i)
     if (parts.role[i] == Role::free) largest = std::max(largest, (bound[i] + std::abs(exchange[i])) / C[i]);
   return max(cloud.comm, largest);
+}
+
+double HeatSystem::explicit_rate_bound(double t, std::span<double> T) const {
+  const double bound = rate_bound(t, T);
+  if (is_nodal()) return bound;
+  if (parts_->explicit_over_bound == 0) parts_->explicit_over_bound = parts_->rate_of_values_over_bound();
+  return parts_->explicit_over_bound * bound;
+}
+
+double HeatSystem::Parts::rate_of_values_over_bound() {
+  const std::vector<double> one(k_.size(), 1.0);
+  const Conductivity k{.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}};
+  std::vector<double> v(cloud.owned), bound(cloud.owned), F(cloud.owned), T(cloud.local());
+  sites->add_row_bound(k, bound);
+  double row_sum = 0, before = 0, now = 0;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (role[i] == Role::free) row_sum = std::max(row_sum, bound[i] / cloud.volume[i]);
+  row_sum = max(cloud.comm, row_sum);
+  // Power iteration from values whose neighbours differ in sign or size.
+  constexpr int steps = 100;
+  constexpr double settled = 1e-3, margin = 1.05;
+  for (int i = 0; i < cloud.owned; ++i)
+    v[i] = role[i] == Role::free ? std::sin(1.0 + 12.9898 * static_cast<double>(cloud.id[i] % 100003)) : 0;
+  for (int step = 0; step < steps; ++step) {
+    const double length = std::sqrt(dot(cloud.comm, v, v));
+    if (!(length > 0)) break;
+    for (double& value : v) value /= length;
+    std::ranges::fill(T, 0);
+    point_values->add(v, T);
+    cloud.halo.update(std::span<double>(T));
+    std::ranges::fill(F, 0);
+    sites->add_rate(k, T, F);
+    for (int i = 0; i < cloud.owned; ++i) v[i] = role[i] == Role::free ? -F[i] / cloud.volume[i] : 0;
+    before = std::exchange(now, std::sqrt(dot(cloud.comm, v, v)));
+    if (std::abs(now - before) < settled * now / steps) break;
+  }
+  return row_sum > 0 ? margin * now / row_sum : 1;
 }
 
 double HeatSystem::largest_rate(double t, std::span<double> T) const {

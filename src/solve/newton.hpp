@@ -20,7 +20,7 @@ class Newton {
     /// dR/dT.
     std::function<void(std::span<double> T, Mat J)> jacobian;
     /// Bends Newton's step from T, of the owned points: dT in, dT out. May be empty.
-    std::function<void(std::span<const double> T, std::span<double> dT)> bend = {};
+    std::function<void(std::span<double> T, std::span<double> dT)> bend = {};
   };
   struct Result {
     bool converged = false;

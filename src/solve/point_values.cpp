@@ -48,18 +48,21 @@ PointValues::~PointValues() {
 void PointValues::unknowns(std::span<const double> values, std::span<double> T) const {
   // The rows of Phi add up to 1, so the mean of the values needs no solution: uniform temperatures stay exact.
   const double mean = sum(cloud_.comm, values) / static_cast<double>(cloud_.count);
+  std::vector<double> change(values.begin(), values.end());
   double largest = 0;
+  for (double& value : change) {
+    value -= mean;
+    largest = std::max(largest, std::abs(value));
+  }
+  std::fill_n(T.begin(), cloud_.owned, mean);
+  if (max(cloud_.comm, largest) > 1e-14 * std::abs(mean)) add(change, T);
+}
+
+void PointValues::add(std::span<const double> change, std::span<double> T) const {
   double* right = nullptr;
   VecGetArray(right_, &right);
-  for (int i = 0; i < cloud_.owned; ++i) {
-    right[i] = values[i] - mean;
-    largest = std::max(largest, std::abs(right[i]));
-  }
+  std::ranges::copy(change, right);
   VecRestoreArray(right_, &right);
-  if (max(cloud_.comm, largest) <= 1e-14 * std::abs(mean)) {
-    std::fill_n(T.begin(), cloud_.owned, mean);
-    return;
-  }
   KSPSolve(solver_, right_, solution_);
   double residual = 0, size = 0;
   KSPGetResidualNorm(solver_, &residual);
@@ -69,7 +72,7 @@ void PointValues::unknowns(std::span<const double> values, std::span<double> T) 
                 "use a smaller support, or points that are more regular");
   const double* solution = nullptr;
   VecGetArrayRead(solution_, &solution);
-  for (int i = 0; i < cloud_.owned; ++i) T[i] = mean + solution[i];
+  for (int i = 0; i < cloud_.owned; ++i) T[i] += solution[i];
   VecRestoreArrayRead(solution_, &solution);
 }
 

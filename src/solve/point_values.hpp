@@ -21,6 +21,8 @@ class PointValues {
   const SparseRows& phi() const { return phi_; }
   /// Solves Phi T = values for the owned unknowns. Throws Error(numbers) on all ranks where that fails. Collective.
   void unknowns(std::span<const double> values, std::span<double> T) const;
+  /// T += Phi^-1 change, likewise.
+  void add(std::span<const double> change, std::span<double> T) const;
 
  private:
   const Cloud& cloud_;

@@ -47,7 +47,7 @@ class Rkl2 final : public Marcher {
     const bool bound_is_constant = system.jacobian_is_constant();
     double bound = 0;
     const auto euler_limit = [&] {
-      if (bound == 0 || !bound_is_constant) bound = system.rate_bound(stretch.data_time(state.t), state.T);
+      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(stretch.data_time(state.t), state.T);
       return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
     };
 

@@ -85,11 +85,12 @@ class TrBdf2 final : public ImplicitMarcher {
   /// Largest difference to the embedded formula in K, smoothed by the matrix of the stages: without that, stiff
   /// components that the method damps well would keep the steps small.
   double error(const HeatSystem& system, double dt) {
-    error_.resize(rate0_.F.size());
-    for (std::size_t i = 0; i < error_.size(); ++i)
+    const std::size_t owned = rate0_.F.size();
+    error_.resize(system.cloud().local());
+    for (std::size_t i = 0; i < owned; ++i)
       error_[i] = dt * ((4 * w - 1) / 3 * rate0_.F[i] - 1. / 3 * rate1_.F[i] + 2 * d / 3 * rate2_.F[i]);
-    solver_->smooth(error_, error_);
-    return largest_free(system, error_);
+    solver_->smooth(std::span(error_).first(owned), std::span(error_).first(owned));
+    return largest_free(system, system.values(error_));
   }
 
   StepControl control_{1.3};

@@ -20,7 +20,7 @@ void HeatSystem::prescribed_temperatures(double t, std::span<double> T) const {
 
 void HeatSystem::Parts::constrain(double t, std::span<const double> T, std::span<double> R) {
   for (int i : prescribed) R[i] = 0;
-  if (!point_values) return;
+  if (!point_values || penalty) return;
   const std::span<const double> T_here = values(T);
   std::vector<double> wanted;
   for (std::size_t m = 0; m < conditions.temperatures.size(); ++m) {
@@ -83,8 +83,10 @@ void HeatSystem::Parts::hold_prescribed(std::span<const double> T) {
 
 void HeatSystem::impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const {
   Parts& parts = *parts_;
-  if (parts.point_values) parts.meet_constraints(t, T);
-  if (!parts.prescribed_is_held) {
+  if (parts.penalty) return;
+  const bool any_prescribed = !parts.conditions.temperatures.empty();
+  if (any_prescribed && parts.point_values) parts.meet_constraints(t, T);
+  if (any_prescribed && !parts.prescribed_is_held) {
     together(parts.cloud.comm, [&] {
       if (!parts.point_values) prescribed_temperatures(t, T);
       parts.hold_prescribed(T);

@@ -201,6 +201,45 @@ TEST(HeatSystem, HasTheJacobianOfItsResidual) {
   }
 }
 
+/// By MLPG, with the parameters of moving least squares as unknowns.
+std::string by_parameters(std::string text, const std::string& capacity) {
+  text.replace(text.find("\"sph\""), 5, "\"mlpg\"");
+  return text + "[mlpg]\ncapacity = \"" + capacity + "\"\n";
+}
+
+Eigen::MatrixXd values_of_parameters(const HeatSystem& system) {
+  const SparseRows& phi = *system.sites().point_values();
+  Eigen::MatrixXd Phi = Eigen::MatrixXd::Zero(system.cloud().owned, system.cloud().owned);
+  for (int i = 0; i < Phi.rows(); ++i)
+    for (auto n = phi.row[i]; n < phi.row[i + 1]; ++n) Phi(i, phi.column[n]) = phi.value[n];
+  return Phi;
+}
+
+TEST(HeatSystem, HasTheJacobianOfItsResidualForParametersToo) {
+  const std::string plate = jittered_plate + of_place_and_T + all_exchanges;
+  const std::string consistent = by_parameters(plate, "consistent"), one_point = by_parameters(plate, "one-point");
+  for (const std::string& text : {consistent, one_point, one_point + "prescribed = \"penalty\"\n"}) {
+    const CaseModel m(text);
+    const HeatSystem& system = m.system();
+    const int n = m.cloud().owned;
+    m.start();  // sets the scale of the rows of prescribed points
+    const std::vector<double> T = scattered_temperatures(m.cloud(), 600, 200);
+    const auto held = system.prescribed();
+    const double t = 0.3, factor = 50;
+    const Eigen::MatrixXd J = jacobian(system, t, T, 1, factor);
+    double worst = 0;
+    for (int j = 0; j < n; ++j) {
+      const Eigen::VectorXd balance = column_by_differences(system, t, T, j, 1, factor),
+                            violation = column_by_differences(system, t, T, j, 0, 1);
+      for (int i = 0; i < n; ++i) {
+        const double exact = std::ranges::count(held, i) ? violation[i] : balance[i];
+        worst = std::max(worst, std::abs(J(i, j) - exact) / J.row(i).cwiseAbs().maxCoeff());
+      }
+    }
+    EXPECT_LE(worst, 1e-8) << text;
+  }
+}
+
 TEST(HeatSystem, KnowsWhenItsJacobianIsSymmetricAndConstant) {
   for (const auto& [name, text] : systems()) {
     SCOPED_TRACE(name);
@@ -264,6 +303,24 @@ TEST(HeatSystem, FindsTheTemperaturesOfItsEnthalpies) {
   }
 }
 
+TEST(HeatSystem, FindsTheParametersOfItsEnthalpies) {
+  for (const auto& [name, text] : materials()) {
+    const CaseModel m(by_parameters(jittered_plate + text + insulated, "one-point"));
+    const int n = m.cloud().owned;
+    const Eigen::MatrixXd Phi = values_of_parameters(m.system());
+    const auto T = scattered_temperatures(m.cloud(), 700, 50);
+    auto found = scattered_temperatures(m.cloud(), 700, 50, 11);
+    std::vector<double> E(n);
+    m.system().energy(T, E);
+    m.system().temperature(E, found);
+    for (int i = 0; i < n; ++i) {
+      double difference = 0;
+      for (int j = 0; j < n; ++j) difference += Phi(i, j) * (found[j] - T[j]);
+      EXPECT_LE(std::abs(difference), 1e-10) << name;
+    }
+  }
+}
+
 TEST(HeatSystem, HasTheCapacityThatItsEnthalpyHas) {
   for (const auto& [name, text] : materials()) {
     SCOPED_TRACE(name);
@@ -281,6 +338,21 @@ TEST(HeatSystem, HasTheCapacityThatItsEnthalpyHas) {
     }
     for (int i = 0; i < n; ++i) EXPECT_NEAR(sum[i] / C[i], 1, 1e-8);
   }
+}
+
+TEST(HeatSystem, BooksTheHeatThroughWallsHeldByAPenalty) {
+  // T = 600 K - 300 K/m x: 20 W/(m K) * 300 K/m through the wall of 0.4 m * 0.1 m, exact by moving least squares.
+  const std::string walls =
+      "[boundary.xmin]\ntemperature = \"600 K\"\n[boundary.xmax]\ntemperature = \"450 K\"\n[steady]\n";
+  const CaseModel m(by_parameters(jittered_plate + constant + walls, "consistent") + "prescribed = \"penalty\"\n");
+  State state = m.start();
+  solve_steady(m.description(), m.system(), state);
+  std::vector<double> F(m.cloud().owned), power(m.system().accounts().size());
+  m.system().rate(0, state.T, F, power);
+  EXPECT_NEAR(power[0], 240, 1e-7);
+  EXPECT_NEAR(power[1], -240, 1e-7);
+  const std::span<const double> T = m.system().values(state.T);
+  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], 600 - 300 * m.cloud().x[i].x, 1e-8);
 }
 
 TEST(HeatSystem, KeepsPrescribedPointsWhateverTheirEnthalpy) {
@@ -408,6 +480,26 @@ TEST(HeatSystem, BoundsItsLargestRate) {
       RC_ASSERT(m.system().rate_bound(0, T) >= m.system().largest_rate(0, T) * (1 - 1e-12));
     }));
   }
+}
+
+TEST(HeatSystem, KnowsTheLargestRateOfExplicitStepsOfParameters) {
+  // The largest eigenvalue of C^-1 J Phi^-1 between free points: what explicit steps of the enthalpies see.
+  const std::string wall = "[boundary.xmin]\ntemperature = \"600 K\"\n";
+  for (const std::string& cloud : {lattice_plate, jittered_plate})
+    for (const std::string& walls : {std::string(), wall}) {
+      const CaseModel m(by_parameters(cloud + constant + walls + insulated, "one-point"));
+      const HeatSystem& system = m.system();
+      State state = m.start();
+      Eigen::MatrixXd A = jacobian(system, 0, state.T, 0, 1) * values_of_parameters(system).inverse();
+      std::vector<double> C(m.cloud().owned);
+      system.capacity(state.T, C);
+      for (int i = 0; i < A.rows(); ++i) A.row(i) /= C[i];
+      for (const int i : system.prescribed()) A.row(i).setZero(), A.col(i).setZero();
+      const double exact = A.eigenvalues().real().maxCoeff();
+      const double bound = system.explicit_rate_bound(0, state.T);
+      EXPECT_GE(bound, exact);
+      EXPECT_LE(bound, 1.1 * exact);
+    }
 }
 
 std::string rod(const std::string& at, int points) {

@@ -48,7 +48,7 @@ struct MlpgSystem {
     }
     Sparse V(n, cells ? static_cast<int>(cells->x.size()) : n);
     V.setFromTriplets(volumes.begin(), volumes.end());
-    C = cells ? Sparse(V * matrix(cells->phi, n)) : V;
+    C = V * (cells ? matrix(cells->phi, n) : Phi);
   }
 
   bool on_wall(int i) const { return cloud.on_faces[i] != 0; }

@@ -1,10 +1,13 @@
 // Convergence of MLPG on lattices and jittered clouds against exact solutions.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
+#include "../unit/case_models.hpp"
 #include "../unit/mlpg_systems.hpp"
+#include "solve/integrator.hpp"
 
 namespace calor {
 namespace {
@@ -47,6 +50,49 @@ TEST(MlpgConvergence, SteadyHarmonicTemperatureIsOfSecondOrder) {
   }
 }
 
+TEST(MlpgConvergence, PenaltyIsOfTheOrderOfCollocation) {
+  // T = e^x sin y again, from case files.
+  const auto error = [](const std::string& options, int n, double jitter, int seed) {
+    const CaseModel m(fmt::format(R"toml(
+title = "test"
+method = "mlpg"
+[cloud]
+shape = "box"
+size = ["1 m", "1 m"]
+points = [{0}, {0}]
+jitter = {1}
+seed = {2}
+[material.m]
+conductivity = "1 W/(m K)"
+[boundary.walls]
+on = ["xmin", "xmax", "ymin", "ymax"]
+temperature = {{ formula = "exp(x)*sin(y)", unit = "K" }}
+[steady]
+[mlpg]
+{3})toml",
+                                  n + 1, jitter, seed, options));
+    State state = m.start();
+    solve_steady(m.description(), m.system(), state);
+    const std::span<const double> T = m.system().values(state.T);
+    double square = 0;
+    for (int i = 0; i < m.cloud().owned; ++i)
+      square += m.cloud().volume[i] * std::pow(T[i] - std::exp(m.cloud().x[i].x) * std::sin(m.cloud().x[i].y), 2);
+    return std::sqrt(square);
+  };
+  for (const auto& [jitter, cells] :
+       {std::pair<double, std::string>{0, ""}, {0.2, ""}, {0, "subdomain = \"sphere\"\n"}}) {
+    SCOPED_TRACE(testing::Message() << jitter << ' ' << cells);
+    const auto study = [&](const std::string& prescribed) {
+      return errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
+        return error(cells + "prescribed = \"" + prescribed + "\"\n", n, jitter, seed);
+      });
+    };
+    const auto by_collocation = study("collocation"), by_penalty = study("penalty");
+    EXPECT_NEAR(last_rate(by_penalty) / last_rate(by_collocation), 1, 0.1);
+    EXPECT_NEAR(by_penalty.back() / by_collocation.back(), 1, 0.1);
+  }
+}
+
 TEST(MlpgConvergence, CoolingCosineIsOfSecondOrder) {
   // T = cos(pi x) cos(pi y) exp(-2 pi^2 t), insulated, at t = 0.05.
   const Field start = [](const Vec3& x) { return std::cos(pi * x.x) * std::cos(pi * x.y); };
@@ -63,6 +109,55 @@ TEST(MlpgConvergence, CoolingCosineIsOfSecondOrder) {
       });
       EXPECT_GE(last_rate(e), 1.8);
     }
+  }
+}
+
+TEST(MlpgConvergence, CoolingWithPropertiesThatDependOnTemperatureIsOfSecondOrder) {
+  // With k = c = 1 + T the heat equation is linear in theta = T + T^2/2:
+  // theta = 1.5 + cos(pi x) cos(pi y) exp(-2 pi^2 t), insulated, at t = 0.05.
+  const double end = 0.05;
+  const auto exact = [&](const Vec3& x) {
+    const double theta = 1.5 + std::cos(pi * x.x) * std::cos(pi * x.y) * std::exp(-2 * pi * pi * end);
+    return std::sqrt(1 + 2 * theta) - 1;
+  };
+  const std::string implicit = "integrator = \"tr-bdf2\"\n";
+  for (const auto& [jitter, integrator] : {std::pair<double, std::string>{0, ""}, {0.2, ""}, {0, implicit}}) {
+    SCOPED_TRACE(testing::Message() << jitter << ' ' << integrator);
+    const auto e = errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
+      const CaseModel m(fmt::format(R"toml(
+title = "test"
+method = "mlpg"
+[cloud]
+shape = "box"
+size = ["1 m", "1 m"]
+points = [{0}, {0}]
+jitter = {1}
+seed = {2}
+[material.m]
+conductivity = {{ formula = "1 + T", unit = "W/(m K)" }}
+density = "1 kg/m^3"
+specific_heat = {{ formula = "1 + T", unit = "J/(kg K)" }}
+[initial]
+temperature = {{ formula = "sqrt(4 + 2*cos(pi*x)*cos(pi*y)) - 1", unit = "K" }}
+[time]
+end = "0.05 s"
+step = "0.5 ms"
+{3})toml",
+                                    n + 1, jitter, seed, integrator));
+      State state = m.start();
+      make_integrator(m.description(), m.system(), state)->advance(m.system(), state, end, [](const State&) {
+        return true;
+      });
+      const std::span<const double> T = m.system().values(state.T);
+      double square = 0, swing = 0;
+      for (int i = 0; i < m.cloud().owned; ++i) {
+        square += m.cloud().volume[i] * std::pow(T[i] - exact(m.cloud().x[i]), 2);
+        swing = std::max(swing, std::abs(exact(m.cloud().x[i]) - 1));
+      }
+      return std::sqrt(square) / swing;
+    });
+    EXPECT_GE(last_rate(e), 1.8);
+    EXPECT_LE(e.back(), 5e-4);  // of the largest difference to the mean
   }
 }
 
