@@ -65,19 +65,19 @@ std::vector<double> nearest_point_volumes(const Lattice& lattice, const Slice& m
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
     const LatticeIndex i = lattice.index(id);
     const Vec3& x = points.at(id);
-    Vec3 low{-0.5, -0.5, -0.5}, high{0.5, 0.5, 0.5};  // of length 1 along axes that the box does not have
+    Vec3 low, high;
     for (int a = 0; a < D; ++a) {
       low[a] = std::max(box.origin[a] - x[a], -most * lattice.dx(a));
       high[a] = std::min(box.origin[a] + box.size[a] - x[a], most * lattice.dx(a));
     }
-    cell.set(low, high);
-    double reach = std::sqrt(cell.square_reach(D));
+    cell.set(low, high, D);
+    double reach = cell.reach();
     for (const LatticeIndex& o : offsets) {
       if (distance(lattice, o) - moved > 2 * reach) break;
       LatticeIndex j = i;
       bool exists = true;
       for (int a = 0; a < D; ++a) j[a] += o[a], exists = exists && j[a] >= 0 && j[a] < box.points[a];
-      if (exists && cell.cut_half_way_to(points.at(lattice.id(j)) - x)) reach = std::sqrt(cell.square_reach(D));
+      if (exists && cell.keep_nearer_than(points.at(lattice.id(j)) - x)) reach = cell.reach();
     }
     volume.push_back(cell.volume());
   }

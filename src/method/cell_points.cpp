@@ -1,10 +1,9 @@
 #include "method/cell_points.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <array>
 #include <cmath>
 
-#include "cloud/lattice.hpp"
+#include "cloud/convex_cell.hpp"
 #include "cloud/neighbours.hpp"
 #include "method/lattice_cells.hpp"
 
@@ -27,37 +26,25 @@ Moments moments_of_box(const Cloud& cloud, int i) {
   return m;
 }
 
-/// Moments of the samples in a box of one spacing around point i that lie in its cell.
-Moments moments_of_samples(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Patch> patches) {
-  const int D = cloud.dimension, along = D == 3 ? 10 : D == 2 ? 24 : 64;
-  const int samples = D == 3 ? along * along * along : D == 2 ? along * along : along;
+/// Moments of the part of a box of one spacing around point i that is its cell.
+Moments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Patch> patches,
+                           ConvexCell& cell) {
   const double d = cloud.spacing[i];
-  const auto inside = [&](const Vec3& u) {
-    for (const Patch& p : patches)
-      if (dot(u, p.normal) > 0) return false;
-    for (const int j : neighbours.of(i)) {
-      const Vec3 r = cloud.x[j] - cloud.x[i];
-      if (dot(u, r) > 0.5 * dot(r, r)) return false;
-    }
-    return true;
-  };
-  double count = 0;
-  Vec3 sum;
-  Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (int s = 0; s < samples; ++s) {
-    const Vec3 shake = hashed_uniform(0, static_cast<std::uint64_t>(cloud.id[i]) * samples + s);
-    const std::array<int, 3> place = {s % along, s / along % along, s / (along * along)};
-    Vec3 u;
-    for (int a = 0; a < D; ++a) u[a] = d * (2 * (place[a] + shake[a]) / along - 1);
-    if (!inside(u)) continue;
-    count += 1;
-    sum += u;
-    const Eigen::Vector3d v(u.x, u.y, u.z);
-    second += v * v.transpose();
-  }
-  if (count == 0) return {.centroid = cloud.x[i]};
-  const Eigen::Vector3d mean = Eigen::Vector3d(sum.x, sum.y, sum.z) / count;
-  return {.centroid = cloud.x[i] + (1 / count) * sum, .covariance = second / count - mean * mean.transpose()};
+  cell.set({-d, -d, -d}, {d, d, d}, cloud.dimension);
+  for (const Patch& p : patches) cell.cut(p.normal, 0);
+  for (const int j : neighbours.of(i)) cell.keep_nearer_than(cloud.x[j] - cloud.x[i]);
+  const ConvexCell::Moments integral = cell.moments();
+  const double per_volume = 1 / integral.volume;
+  const Vec3 mean = per_volume * integral.first;
+  const auto& [xx, yy, zz, xy, xz, yz] = integral.second;
+  Moments m{.centroid = cloud.x[i] + mean};
+  m.covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  const Eigen::Vector3d c(mean.x, mean.y, mean.z);
+  m.covariance = (per_volume * m.covariance - c * c.transpose()).eval();
+  const int D = cloud.dimension;
+  m.covariance.bottomRows(3 - D).setZero();
+  m.covariance.rightCols(3 - D).setZero();
+  return m;
 }
 
 }  // namespace
@@ -77,13 +64,14 @@ CellPlaces gauss_points(const Cloud& cloud) {
   const int D = cloud.dimension, corners = 1 << D;
   const Neighbours neighbours = cloud.box_lattice ? Neighbours{} : find_neighbours(cloud, 2);
   CellPlaces points;
+  ConvexCell cell;
   auto patch = cloud.patches.begin();
   for (int i = 0; i < cloud.owned; ++i) {
     const auto first = patch;
     while (patch != cloud.patches.end() && patch->point == i) ++patch;
     const Moments m = cloud.box_lattice
                           ? moments_of_box(cloud, i)
-                          : moments_of_samples(cloud, neighbours, i, std::span<const Patch>(first, patch));
+                          : moments_of_nearest(cloud, neighbours, i, std::span<const Patch>(first, patch), cell);
     const Eigen::Matrix3d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m.covariance).operatorSqrt();
     for (int q = 0; q < corners; ++q) {
       Vec3 x = m.centroid;

@@ -156,7 +156,7 @@ TEST(Mlpg, CellPointsHaveTheVolumeAndTheCentroidOfTheirCells) {
     for (int i = 0; i < cloud.owned; ++i) exact += cloud.volume[i];
     middle = 0.5 * (low + high);
     EXPECT_NEAR(volume / exact, 1, 1e-13);
-    EXPECT_LE(norm((1 / volume) * first - middle), cloud.box_lattice ? 1e-13 : 2e-3);
+    EXPECT_LE(norm((1 / volume) * first - middle), 1e-12);
   }
 }
 
