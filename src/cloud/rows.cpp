@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "cloud/convex_cell.hpp"
 #include "cloud/shapes.hpp"
 
 namespace calor {
@@ -30,45 +31,24 @@ class RowLattice {
   /// Area of the part of the body that is nearest to a point: the rectangle, cut by the bisectors with its neighbours.
   double nearest_area(int row, std::int64_t i) const {
     const Vec3 p = position(row, i);
-    std::vector<Vec3> cell = {{0, rows_.y.front(), 0},
-                              {rows_.length, rows_.y.front(), 0},
-                              {rows_.length, rows_.y.back(), 0},
-                              {0, rows_.y.back(), 0}};
-    const auto reach = [&] {  // points farther than this cannot cut the cell
-      double r = 0;
-      for (const Vec3& v : cell) r = std::max(r, norm(v - p));
-      return 2 * r;
-    };
-    if (i > 0) cut(cell, p, position(row, i - 1));
-    if (i + 1 < rows_.points[row]) cut(cell, p, position(row, i + 1));
+    ConvexCell cell;
+    cell.set(Vec3{0, rows_.y.front()} - p, Vec3{rows_.length, rows_.y.back()} - p, 2);
+    const auto reach = [&] { return 2 * cell.reach(); };  // points farther than this cannot cut the cell
+    const auto cut = [&](int r, std::int64_t k) { cell.keep_nearer_than(position(r, k) - p); };
+    if (i > 0) cut(row, i - 1);
+    if (i + 1 < rows_.points[row]) cut(row, i + 1);
     for (const int step : {-1, 1}) {
       for (int r = row + step; r >= 0 && r < rows() && std::abs(rows_.y[r] - p.y) < reach(); r += step) {
         const double width = reach();
         const auto begin = static_cast<std::int64_t>(std::max(0.0, std::floor((p.x - width) / dx(r))));
         const auto end = static_cast<std::int64_t>(std::ceil((p.x + width) / dx(r)));
-        for (std::int64_t k = begin; k <= std::min(end, rows_.points[r] - 1); ++k) cut(cell, p, position(r, k));
+        for (std::int64_t k = begin; k <= std::min(end, rows_.points[r] - 1); ++k) cut(r, k);
       }
     }
-    double area = 0;
-    for (std::size_t k = 0; k < cell.size(); ++k) area += 0.5 * cross(cell[k] - p, cell[(k + 1) % cell.size()] - p).z;
-    return area;
+    return cell.volume();
   }
 
  private:
-  /// Keeps the part of a convex polygon that is nearer to p than to q.
-  static void cut(std::vector<Vec3>& polygon, const Vec3& p, const Vec3& q) {
-    const Vec3 middle = 0.5 * (p + q), normal = q - p;
-    std::vector<Vec3> kept;
-    for (std::size_t k = 0; k < polygon.size(); ++k) {
-      const Vec3 &a = polygon[k], &b = polygon[(k + 1) % polygon.size()];
-      const double beyond_a = dot(a - middle, normal), beyond_b = dot(b - middle, normal);
-      if (beyond_a <= 0) kept.push_back(a);
-      if ((beyond_a < 0 && beyond_b > 0) || (beyond_a > 0 && beyond_b < 0))
-        kept.push_back(a + (beyond_a / (beyond_a - beyond_b)) * (b - a));
-    }
-    polygon = std::move(kept);
-  }
-
   Rows rows_;
   std::vector<std::int64_t> first_;  // id of the first point of every row, and the end
 };
