@@ -20,16 +20,20 @@ class PointValues {
 
   const SparseRows& phi() const { return phi_; }
   /// Solves Phi T = values for the owned unknowns. Throws Error(numbers) on all ranks where that fails. Collective.
-  void unknowns(std::span<const double> values, std::span<double> T) const;
+  void unknowns(std::span<const double> values, std::span<double> T);
   /// T += Phi^-1 change, likewise.
-  void add(std::span<const double> change, std::span<double> T) const;
+  void add(std::span<const double> change, std::span<double> T);
 
  private:
+  void factorise();
+  bool solve();
+
   const Cloud& cloud_;
   const SparseRows& phi_;
   Mat matrix_ = nullptr;
-  Vec right_ = nullptr, solution_ = nullptr;
+  Vec right_ = nullptr, solution_ = nullptr, left_ = nullptr;
   KSP solver_ = nullptr;
+  bool is_direct_ = false;
 };
 
 }  // namespace calor
