@@ -92,6 +92,12 @@ class Paper:
         plt.close(figure)
         print(self.figures / name)
 
+    def table(self, name, header, rows):
+        """The numbers of a picture, beside it."""
+        lines = [header] + [",".join(f"{value:.6g}" if isinstance(value, float) else str(value) for value in row) for row in rows]
+        (self.figures / name).write_text("\n".join(lines) + "\n")
+        print(self.figures / name)
+
     def curves(self, name, title, x_label, y_label, series, every=1):
         """One picture: for every (label, x, y, reference x, reference y) points over a line of the same colour; of the
         points each `every`-th."""

@@ -26,7 +26,8 @@ def layout(result, number, title):
 
 
 # Points along the plate and across, and supports and radii of the circles over spacing.
-GRIDS, SUPPORTS, RADII = ((21, 11), (31, 16), (41, 21), (61, 31), (81, 41)), (1.8, 2.3, 2.8), (0.3, 0.5, 0.7)
+GRIDS = (21, 11), (31, 16), (41, 21), (61, 31), (81, 41), (101, 51)
+SUPPORTS, RADII = (1.8, 2.3, 2.8), (0.3, 0.5, 0.7)
 
 
 def circles(support, radius, grid, case="circles"):
@@ -50,11 +51,13 @@ def study():
         return 1e3 * weld["length"][abs(weld["time"] - 15).argmin()]
 
     plain = [(average_of(tiles(grid)), length_of(tiles(grid))) for grid in GRIDS]
+    table = [("tiles", 2.3, "", n, *values) for n, values in zip(count, plain)]
     for column, support in enumerate(SUPPORTS):
         average, length = axes[:, column]
         for radius in RADII:
             averages = [average_of(circles(support, radius, grid, "circles-average")) for grid in GRIDS]
             lengths = [length_of(circles(support, radius, grid)) for grid in GRIDS]
+            table += [("circles", support, radius, *row) for row in zip(count, averages, lengths)]
             average.semilogx(count, averages, "o-", markersize=4, label=f"radius {radius:g} d")
             length.semilogx(count, lengths, "o-", markersize=4)
         average.semilogx(count, [p[0] for p in plain], "s:", color="0.5", markersize=4, label="tiles, support 2.3 d")
@@ -67,6 +70,7 @@ def study():
     axes[1, 0].set(ylabel="Fig. 7: melt length at 15 s [mm]")
     axes[0, 0].legend(fontsize=8)
     paper.save(figure, "fig06-07.png")
+    paper.table("fig06-07.csv", "subdomain,support,radius,points,average [degC],melt length [mm]", table)
 
 
 def graded_averages():
