@@ -64,6 +64,7 @@ void expect_second_order(int seeds, const Error& error) {
   }
 }
 
+/// T = e^x sin y.
 const Field harmonic = [](const Vec3& x) { return std::exp(x.x) * std::sin(x.y); };
 
 TEST(MlpgConvergence, SteadyHarmonicTemperatureIsOfSecondOrder) {
