@@ -1,8 +1,6 @@
 // Convection: k dT/dn = h (T_ambient - T), n outward.
-#include <algorithm>
 #include <limits>
 
-#include "base/point_function.hpp"
 #include "boundary/surface_fluxes.hpp"
 
 namespace calor {
@@ -27,17 +25,8 @@ class Convection final : public SurfaceFlux {
   bool depends_on_temperature() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
-  std::vector<double> breaks() const override {
-    auto all = h_.function().breaks();
-    const auto more = ambient_.function().breaks();
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-  std::vector<double> ambient(std::span<const Vec3> x, double t) const override {
-    std::vector<double> T(x.size());
-    ambient_.evaluate({.x = x, .t = t}, T);
-    return T;
-  }
+  std::vector<double> breaks() const override { return breaks_of(h_, ambient_); }
+  std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:
   PointFunction h_, ambient_;

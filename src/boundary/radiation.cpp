@@ -1,8 +1,6 @@
 // Radiation to large surroundings: k dT/dn = eps sigma (T_ambient^4 - T^4), n outward, T absolute.
-#include <algorithm>
 #include <limits>
 
-#include "base/point_function.hpp"
 #include "boundary/surface_fluxes.hpp"
 
 namespace calor {
@@ -37,17 +35,8 @@ class Radiation final : public SurfaceFlux {
   }
   bool depends_on_temperature() const override { return true; }
   bool linear_in_temperature() const override { return false; }
-  std::vector<double> breaks() const override {
-    auto all = emissivity_.function().breaks();
-    const auto more = ambient_.function().breaks();
-    all.insert(all.end(), more.begin(), more.end());
-    return all;
-  }
-  std::vector<double> ambient(std::span<const Vec3> x, double t) const override {
-    std::vector<double> T(x.size());
-    ambient_.evaluate({.x = x, .t = t}, T);
-    return T;
-  }
+  std::vector<double> breaks() const override { return breaks_of(emissivity_, ambient_); }
+  std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:
   PointFunction emissivity_, ambient_;

@@ -24,4 +24,17 @@ void check_range(std::span<const double> values, double low, double high, const 
   }
 }
 
+std::vector<double> breaks_of(const PointFunction& a, const PointFunction& b) {
+  auto all = a.function().breaks();
+  const auto more = b.function().breaks();
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+std::vector<double> values_of(const PointFunction& f, std::span<const Vec3> x, double t) {
+  std::vector<double> values(x.size());
+  f.evaluate({.x = x, .t = t}, values);
+  return values;
+}
+
 }  // namespace calor

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "base/point_function.hpp"
 #include "boundary/conditions.hpp"
 
 namespace calor {
@@ -26,5 +27,11 @@ extern const SurfaceFluxKind prescribed_flux, convection, radiation;
 /// "the heat transfer coefficient is -3 W/(m^2 K) at ...".
 void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,
                  const std::string& what, const std::string& unit, const std::string& cure);
+
+/// The breaks in time of both.
+std::vector<double> breaks_of(const PointFunction& a, const PointFunction& b);
+
+/// f, a function of place and time, at the points x at time t.
+std::vector<double> values_of(const PointFunction& f, std::span<const Vec3> x, double t);
 
 }  // namespace calor

@@ -4,10 +4,11 @@
 
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
 #include "case/json.hpp"
 #include "case/schema.hpp"
+#include "errors.hpp"
+#include "results.hpp"
 
 namespace calor {
 namespace {
@@ -85,13 +86,9 @@ Case with(const std::string& more, const std::vector<std::string>& overrides = {
 /// What the command would print.
 std::string message(const std::string& text, const std::vector<std::string>& overrides = {},
                     Fault fault = Fault::bad_case) {
-  try {
-    parse(text, overrides);
-  } catch (const Error& e) {
-    EXPECT_EQ(e.fault(), fault) << e.what();
-    return e.what();
-  }
-  return "nothing was refused";
+  const Error e = error_of([&] { parse(text, overrides); });
+  EXPECT_EQ(e.fault(), fault) << e.what();
+  return e.what();
 }
 
 std::string message_with(const std::string& more) { return message(head + more); }
@@ -112,15 +109,6 @@ Function conductivity(const std::string& value, const std::string& more = "") {
       .sub("steel")
       .function("conductivity");
 }
-
-/// A folder of its own for the files of one test.
-struct Folder {
-  std::filesystem::path path = std::filesystem::temp_directory_path() /
-                               ("calor_" + std::string(testing::UnitTest::GetInstance()->current_test_info()->name()));
-  Folder() { std::filesystem::create_directories(path); }
-  ~Folder() { std::filesystem::remove_all(path); }
-  void write(const std::string& name, const std::string& text) const { std::ofstream(path / name) << text; }
-};
 
 TEST(Case, GivesValuesOfEveryKindInSi) {
   const Case c = with(R"toml(porosity = "12 %"
@@ -190,12 +178,9 @@ TEST(Case, KnowsThePlaceOfEveryValue) {
   EXPECT_EQ(steel.place("conductivity").text(), "folder/a.toml:4:16");
   EXPECT_EQ(steel.place().text(), "folder/a.toml:3:1");
   EXPECT_EQ(steel.place("note").text(), "folder/a.toml:3:1");  // absent: the table's
-  try {
-    steel.refuse("porosity", "too many holes", "fill some");
-  } catch (const Error& e) {
-    EXPECT_STREQ(e.what(), "folder/a.toml:5:16: too many holes: fill some");
-    EXPECT_EQ(e.fault(), Fault::bad_case);
-  }
+  const Error e = error_of([&] { steel.refuse("porosity", "too many holes", "fill some"); });
+  EXPECT_STREQ(e.what(), "folder/a.toml:5:16: too many holes: fill some");
+  EXPECT_EQ(e.fault(), Fault::bad_case);
 }
 
 TEST(Case, NamesFilesRelativeToItself) {
@@ -215,17 +200,12 @@ TEST(Case, IsNamedAfterItsFileAndVariant) {
 }
 
 TEST(Case, ReadsAFile) {
-  const Folder folder;
-  folder.write("one.toml", head);
-  const Case c = Case::read((folder.path / "one.toml").string(), {}, keys());
+  const TemporaryFolder folder;
+  const Case c = Case::read(folder.write("one.toml", head), {}, keys());
   EXPECT_EQ(c.name(), "one");
   EXPECT_EQ(c.root().text("title"), "A case");
-  for (const std::filesystem::path& wrong : {folder.path / "two.toml", folder.path}) try {
-      Case::read(wrong.string(), {}, keys());
-      ADD_FAILURE() << wrong;
-    } catch (const Error& e) {
-      EXPECT_EQ(e.fault(), Fault::file);
-    }
+  for (const std::string& wrong : {folder / "two.toml", folder.path()})
+    EXPECT_EQ(error_of([&] { Case::read(wrong, {}, keys()); }).fault(), Fault::file) << wrong;
 }
 
 // Overrides
@@ -396,17 +376,17 @@ TEST(CaseFunction, OfATemperatureIsATableOfTimeUnlessSaid) {
 }
 
 TEST(CaseFunction, ReadsATableFromAFileWithUnitsInItsHeader) {
-  const Folder folder;
+  const TemporaryFolder folder;
   folder.write("k.csv", "T [degC],k [kW/(m K)]\n0,1\n100,2\n");
   folder.write("q.csv", "t [min],k [W/(m K)]\n0,1\n1,2\n");
-  folder.write("a.toml", R"toml(title = "A"
+  const std::string file = folder.write("a.toml", R"toml(title = "A"
 [cloud]
 [material.a]
 conductivity = { file = "k.csv" }
 [material.b]
 conductivity = { file = "q.csv" }
 )toml");
-  const Table materials = Case::read((folder.path / "a.toml").string(), {}, keys()).section("material");
+  const Table materials = Case::read(file, {}, keys()).section("material");
   EXPECT_DOUBLE_EQ(materials.sub("a").function("conductivity")({}, 0, 323.15), 1500);
   EXPECT_DOUBLE_EQ(materials.sub("b").function("conductivity")({}, 30, 0), 1.5);
 }
@@ -590,16 +570,13 @@ TEST(BadFunction, IsATableThatIsNone) {
 TEST(BadFunction, IsAFileThatIsNoTable) {
   EXPECT_EQ(message("title = \"A\"\n[cloud]\n[material.a]\nconductivity = { file = \"none.csv\" }\n", {}, Fault::file),
             "folder/a.toml:4:25: the file \"folder/none.csv\" cannot be read: check the name and the permissions");
-  const Folder folder;
+  const TemporaryFolder folder;
   const auto refused = [&](const std::string& csv) -> std::string {
     folder.write("k.csv", csv);
-    folder.write("a.toml", "title = \"A\"\n[cloud]\n[material.a]\nconductivity = { file = \"k.csv\" }\n");
-    try {
-      Case::read((folder.path / "a.toml").string(), {}, keys());
-    } catch (const Error& e) {
-      return std::filesystem::path(e.place().text()).filename().string() + ": " + e.problem();
-    }
-    return "nothing was refused";
+    const std::string file =
+        folder.write("a.toml", "title = \"A\"\n[cloud]\n[material.a]\nconductivity = { file = \"k.csv\" }\n");
+    const Error e = error_of([&] { Case::read(file, {}, keys()); });
+    return std::filesystem::path(e.place().text()).filename().string() + ": " + e.problem();
   };
   EXPECT_EQ(refused("T [K],k [W/(m K)],q\n1,2,3\n"), "k.csv:1: the file has 3 columns");
   EXPECT_EQ(refused("T [K],k [W/(m K)]\n300,1\n300,2\n"),

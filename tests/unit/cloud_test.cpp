@@ -8,6 +8,7 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/points.hpp"
+#include "errors.hpp"
 
 namespace calor {
 namespace {
@@ -29,14 +30,10 @@ Cloud cloud_of(const std::string& table) {
 }
 
 std::string refusal(const std::string& table) {
-  try {
-    cloud_of(table);
-  } catch (const Error& e) {
-    EXPECT_EQ(e.fault(), Fault::bad_case) << e.what();
-    EXPECT_FALSE(e.cure().empty());
-    return e.what();
-  }
-  return "accepted";
+  const Error e = error_of([&] { cloud_of(table); });
+  EXPECT_EQ(e.fault(), Fault::bad_case) << e.what();
+  EXPECT_FALSE(e.cure().empty());
+  return e.what();
 }
 
 testing::AssertionResult contains(const std::string& text, const std::string& part) {

@@ -15,13 +15,7 @@ namespace {
 
 /// A lattice of 5 x 3 points in 4 m x 2 m, 0.1 m thick. The first line of `rest` is line 14.
 std::string plate(const std::string& rest) {
-  return R"toml(title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["4 m", "2 m"]
-points = [5, 3]
-thickness = "0.1 m"
+  return box_case({"4 m", "2 m"}, {5, 3}) + R"toml(thickness = "0.1 m"
 [material.m]
 library = "iron"
 [initial]
@@ -47,7 +41,7 @@ struct Bound {
   Cloud cloud;
   Conditions conditions;
   explicit Bound(const std::string& text, MPI_Comm comm = MPI_COMM_SELF)
-      : description(Case::parse(text, "test.toml")),
+      : description(parse_case(text)),
         cloud(make_cloud(comm, description, 2)),
         conditions(make_conditions(description, cloud)) {}
 };
@@ -112,8 +106,7 @@ temperature = "500 K"
 TEST(Conditions, LeaveWallsInsulatedWhereNothingIsSaid) {
   const CaseModel silent(plate("")), said(plate("[boundary.xmin]\ninsulated = true\n"));
   for (const CaseModel* m : {&silent, &said}) {
-    std::vector<double> T(m->cloud().local(), 512), F(m->cloud().owned), power(m->system().accounts().size());
-    m->system().rate(0, T, F, power);
+    const auto [F, power] = m->rates(0, m->uniform(512));
     for (double f : F) EXPECT_EQ(f, 0);
     for (double p : power) EXPECT_EQ(p, 0);
   }
@@ -131,8 +124,7 @@ on = "xmax"
 flux = "30 W/m^2"
 )toml";
   const CaseModel m(plate(three));
-  std::vector<double> T(m.cloud().local(), 450), F(m.cloud().owned), power(2);
-  m.system().rate(0, T, F, power);
+  const auto [F, power] = m.rates(0, m.uniform(450));
   const double area = 2 * 0.1;
   const double q = 100 + 10 * (300. - 450) + 0.5 * 5.670374419e-8 * (std::pow(300, 4) - std::pow(450, 4));
   EXPECT_NEAR(power[0], q * area, 1e-10);
@@ -175,13 +167,7 @@ temperature = "300 K"
 }
 
 TEST(Conditions, MeetInTheEdgesOfABox) {
-  const Bound b(R"toml(
-title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["2 m", "2 m", "2 m"]
-points = [3, 3, 3]
+  const Bound b(box_case({"2 m", "2 m", "2 m"}, {3, 3, 3}) + R"toml(
 [material.m]
 library = "iron"
 [boundary.xmin]
@@ -276,21 +262,18 @@ TEST(Conditions, AreToldWhatTheirTablesGoBy) {
   EXPECT_EQ(at(", temperature = \"K\"", 350, 400), 1.5);
   EXPECT_EQ(at(", time = \"min\"", 350, 300 * 60), 1);
   const auto refused = [&](const std::string& more, const std::vector<std::string>& words) {
-    const Error error = error_of([&] { at(more, 0, 0); });
-    EXPECT_EQ(error.fault(), Fault::bad_case);
-    for (const std::string& word : words)
-      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    expect_error([&] { at(more, 0, 0); }, words);
   };
   refused("", {"test.toml:15:8", "the table of flux does not say what it goes by", "of = \"time\""});
   refused(", of = \"temperature\", time = \"s\"", {"'time' does not go with a table of temperature"});
   refused(", temperature = \"K\", time = \"s\"", {"'time' does not go with a table of temperature"});
 }
 
+/// That the plate with `text` in its case is refused.
+void refused(const std::string& text, const std::vector<std::string>& words) { expect_refused(plate(text), words); }
+
 TEST(Conditions, RefuseWhatContradictsItself) {
   const std::string held = "[boundary.xmin]\ntemperature = \"300 K\"\n";
-  const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
-    expect_refused(plate(text), words);
-  };
   refused(held + "[boundary.b]\non = \"xmin\"\ntemperature = \"400 K\"\n",
           {"test.toml:17:6", "face 'xmin'", "a temperature from [boundary.xmin] and a temperature from [boundary.b]"});
   refused(held + "[boundary.b]\non = \"xmin\"\nflux = \"4 W/m^2\"\n", {"a heat flux from [boundary.b]", "where"});
@@ -303,9 +286,6 @@ TEST(Conditions, RefuseWhatContradictsItself) {
 }
 
 TEST(Conditions, RefuseFacesAndSelectionsThatAreNotThere) {
-  const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
-    expect_refused(plate(text), words);
-  };
   refused("[boundary.xmn]\nflux = \"4 W/m^2\"\n", {"no face 'xmn'", "did you mean 'xmin'?", "xmin, xmax, ymin, ymax"});
   refused("[boundary.b]\non = \"lid\"\nflux = \"4 W/m^2\"\n",
           {"test.toml:15:6", "no face 'lid'", "xmin, xmax, ymin, ymax"});
@@ -318,9 +298,6 @@ TEST(Conditions, RefuseFacesAndSelectionsThatAreNotThere) {
 }
 
 TEST(Conditions, RefuseValuesOutOfRange) {
-  const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
-    expect_refused(plate(text), words);
-  };
   refused("[boundary.xmin]\nconvection = { h = \"-3 W/(m^2 K)\", ambient = \"300 K\" }\n",
           {"test.toml:15:20", "heat transfer coefficient h is -3 W/(m^2 K)", "negative"});
   refused("[boundary.xmin]\nradiation = { emissivity = 1.2, ambient = \"300 K\" }\n",
@@ -334,11 +311,8 @@ TEST(Conditions, RefuseValuesOutOfRange) {
 TEST(Conditions, StopWhereAValueLeavesItsRangeInTheRun) {
   const CaseModel m(plate(
       "[boundary.xmin]\nconvection = { h = { formula = \"3 - t\", unit = \"W/(m^2 K)\" }, ambient = \"300 K\" }\n"));
-  std::vector<double> T(m.cloud().local(), 400), F(m.cloud().owned), power(1);
-  m.system().rate(3, T, F, power);
-  const Error error = error_of([&] { m.system().rate(3.5, T, F, power); });
-  EXPECT_EQ(error.fault(), Fault::numbers);
-  EXPECT_NE(std::string(error.what()).find("h is -0.5 W/(m^2 K), t = 3.5 s"), std::string::npos) << error.what();
+  m.rates(3, m.uniform(400));
+  expect_error([&] { m.rates(3.5, m.uniform(400)); }, {"h is -0.5 W/(m^2 K), t = 3.5 s"}, Fault::numbers);
 }
 
 TEST(Sources, GiveTheirPowerToTheVolume) {
@@ -348,8 +322,7 @@ power_density = { formula = "100*x + T + t", unit = "W/m^3" }
 [source.sink]
 power_density = "-7 W/m^3"
 )toml"));
-  std::vector<double> T(m.cloud().local(), 400), F(m.cloud().owned), power(2);
-  m.system().rate(5, T, F, power);
+  const auto [F, power] = m.rates(5, m.uniform(400));
   for (int i = 0; i < m.cloud().owned; ++i)
     EXPECT_NEAR(F[i], (100 * m.cloud().x[i].x + 405 - 7) * m.cloud().volume[i], 1e-10);
   EXPECT_NEAR(power[0], (200 + 405) * 4 * 2 * 0.1, 1e-10);
@@ -359,10 +332,10 @@ power_density = "-7 W/m^3"
 }
 
 TEST(Sources, RefuseWhatTheyCannotTell) {
-  expect_refused(plate("[source.sun]\n"), {"test.toml:14:1", "does not say how much heat"});
-  expect_refused(plate("[boundary.xmin]\nflux = \"1 W/m^2\"\n[source.xmin]\npower_density = \"7 W/m^3\"\n"),
-                 {"'xmin' is the name of a boundary too"});
-  expect_refused(plate("[source.sun]\npower_density = \"7 W\"\n"), {"test.toml:15:17", "W/m^3"});
+  refused("[source.sun]\n", {"test.toml:14:1", "does not say how much heat"});
+  refused("[boundary.xmin]\nflux = \"1 W/m^2\"\n[source.xmin]\npower_density = \"7 W/m^3\"\n",
+          {"'xmin' is the name of a boundary too"});
+  refused("[source.sun]\npower_density = \"7 W\"\n", {"test.toml:15:17", "W/m^3"});
 }
 
 const std::string places = R"toml(
@@ -393,8 +366,7 @@ TEST(ConditionsParallel, RefuseOnAllRanks) {
   for (const std::string text : {"[boundary.b]\nwhere = \"x > 7\"\nflux = \"4 W/m^2\"\n",
                                  "[boundary.xmin]\nconvection = { h = { formula = \"1 - y\", unit = \"W/(m^2 K)\" }, "
                                  "ambient = \"300 K\" }\n"}) {
-    const Error error = error_of([&] { Bound b(plate(text), MPI_COMM_WORLD); });
-    EXPECT_EQ(error.fault(), Fault::bad_case);
+    EXPECT_EQ(error_of([&] { Bound b(plate(text), MPI_COMM_WORLD); }).fault(), Fault::bad_case);
   }
 }
 

@@ -1,57 +1,28 @@
 #include <gtest/gtest.h>
-#include <unistd.h>
 
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 
-#include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/shapes.hpp"
+#include "errors.hpp"
+#include "results.hpp"
 
 namespace calor {
 namespace {
 
-/// A file that lasts as long as the object; written by rank 0, seen by all.
-class TemporaryFile {
- public:
-  TemporaryFile(MPI_Comm comm, const std::string& text) : comm_(comm) {
-    long name = getpid();
-    MPI_Bcast(&name, 1, MPI_LONG, 0, comm);
-    path_ = (std::filesystem::temp_directory_path() / ("calor_" + std::to_string(name) + ".csv")).string();
-    if (rank_of(comm) == 0) std::ofstream(path_) << text;
-    MPI_Barrier(comm);
-  }
-  TemporaryFile(const TemporaryFile&) = delete;
-  TemporaryFile& operator=(const TemporaryFile&) = delete;
-  ~TemporaryFile() {
-    MPI_Barrier(comm_);
-    if (rank_of(comm_) == 0) std::filesystem::remove(path_);
-  }
-  const std::string& path() const { return path_; }
-
- private:
-  MPI_Comm comm_;
-  std::string path_;
-};
-
 Points read(const std::string& text, double section = 1) {
-  const TemporaryFile file(MPI_COMM_SELF, text);
-  return read_points(MPI_COMM_SELF, file.path(), [&](int) { return section; });
+  const TemporaryFolder folder;
+  return read_points(MPI_COMM_SELF, folder.write("cloud.csv", text), [&](int) { return section; });
 }
 
 std::string refusal(const std::string& text) {
-  const TemporaryFile file(MPI_COMM_SELF, text);
-  try {
-    read_points(MPI_COMM_SELF, file.path(), [](int) { return 1.0; });
-  } catch (const Error& e) {
-    EXPECT_FALSE(e.cure().empty());
-    std::string what = e.what();
-    if (what.starts_with(file.path())) what = "FILE" + what.substr(file.path().size());
-    return what;
-  }
-  return "accepted";
+  const TemporaryFolder folder;
+  const std::string file = folder.write("cloud.csv", text);
+  const Error e = error_of([&] { read_points(MPI_COMM_SELF, file, [](int) { return 1.0; }); });
+  EXPECT_FALSE(e.cure().empty());
+  const std::string what = e.what();
+  return what.starts_with(file) ? "FILE" + what.substr(file.size()) : what;
 }
 
 testing::AssertionResult says(const std::string& text, const std::string& place, const std::string& part) {
@@ -153,9 +124,10 @@ std::string squares(int n) {  // n x n points with the areas of the unit square'
 }
 
 TEST(CsvCloudParallel, IsReadInPartsThatGiveTheSameCloud) {
-  const TemporaryFile file(MPI_COMM_WORLD, squares(9));
-  const Points all = read_points(MPI_COMM_SELF, file.path(), [](int) { return 1.0; });
-  const Points mine = read_points(MPI_COMM_WORLD, file.path(), [](int) { return 1.0; });
+  const TemporaryFolder folder(MPI_COMM_WORLD);
+  const std::string file = folder.write("cloud.csv", squares(9));
+  const Points all = read_points(MPI_COMM_SELF, file, [](int) { return 1.0; });
+  const Points mine = read_points(MPI_COMM_WORLD, file, [](int) { return 1.0; });
   EXPECT_EQ(mine.faces, all.faces);
   EXPECT_EQ(mine.tags, all.tags);
   EXPECT_EQ(total(MPI_COMM_WORLD, static_cast<std::int64_t>(mine.points.size())), 81);
@@ -174,13 +146,10 @@ TEST(CsvCloudParallel, IsReadInPartsThatGiveTheSameCloud) {
 TEST(CsvCloudParallel, HasTheSameErrorOnAllRanks) {
   std::string text = squares(9);
   text += "0,0,nan,0,0,,\n";
-  const TemporaryFile file(MPI_COMM_WORLD, text);
-  try {
-    read_points(MPI_COMM_WORLD, file.path(), [](int) { return 1.0; });
-    ADD_FAILURE() << "accepted";
-  } catch (const Error& e) {
-    EXPECT_EQ(e.place().line, 83);  // header, 81 rows, this one
-  }
+  const TemporaryFolder folder(MPI_COMM_WORLD);
+  const std::string file = folder.write("cloud.csv", text);
+  const Error e = error_of([&] { read_points(MPI_COMM_WORLD, file, [](int) { return 1.0; }); });
+  EXPECT_EQ(e.place().line, 83);  // header, 81 rows, this one
 }
 
 }  // namespace

@@ -16,43 +16,14 @@
 namespace calor {
 namespace {
 
-const std::string jittered_plate = R"toml(
-title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["0.5 m", "0.4 m"]
-points = [6, 5]
-jitter = 0.2
-thickness = "0.1 m"
-)toml";
-const std::string lattice_plate = R"toml(
-title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["0.5 m", "0.4 m"]
-points = [6, 5]
-thickness = "0.1 m"
-)toml";
+const std::string lattice_plate = box_case({"0.5 m", "0.4 m"}, {6, 5}) + "thickness = \"0.1 m\"\n";
+const std::string jittered_plate = lattice_plate + "jitter = 0.2\n";
 
-const std::string of_T_alone = R"toml(
-[material.m]
-conductivity = { formula = "20 + 0.03*T + 1e-5*T^2", unit = "W/(m K)" }
-density = "8000 kg/m^3"
-specific_heat = { formula = "400 + 0.2*T", unit = "J/(kg K)" }
-)toml";
-const std::string of_place_and_T = R"toml(
-[material.m]
-conductivity = { formula = "(20 + 0.03*T)*(1 + x + y^2)", unit = "W/(m K)" }
-density = { formula = "8000*(1 + x)", unit = "kg/m^3" }
-specific_heat = { formula = "400 + 0.2*T", unit = "J/(kg K)" }
-)toml";
-const std::string two_layers = R"toml(
-[material.a]
-conductivity = { formula = "20 + 0.03*T", unit = "W/(m K)" }
-density = "8000 kg/m^3"
-specific_heat = "400 J/(kg K)"
+const std::string of_T_alone = simple_material({.k = "20 + 0.03*T + 1e-5*T^2", .rho = "8000", .c = "400 + 0.2*T"});
+const std::string of_place_and_T =
+    simple_material({.k = "(20 + 0.03*T)*(1 + x + y^2)", .rho = "8000*(1 + x)", .c = "400 + 0.2*T"});
+const std::string constant = simple_material({.k = "20", .rho = "8000", .c = "400"});
+const std::string two_layers = simple_material({.name = "a", .k = "20 + 0.03*T", .rho = "8000", .c = "400"}) + R"toml(
 [material.b]
 conductivity = { table = [[250, 1], [500, 2], [800, 7], [1200, 8]], unit = "W/(m K)", interpolation = "cubic" }
 density = "2000 kg/m^3"
@@ -66,26 +37,13 @@ thickness = "0.25 m"
 material = "b"
 thickness = "0.25 m"
 )toml";
-const std::string graded = R"toml(
-[material.a]
-conductivity = { formula = "20 + 0.03*T", unit = "W/(m K)" }
-density = "8000 kg/m^3"
-specific_heat = { formula = "400 + 0.2*T", unit = "J/(kg K)" }
-[material.b]
-conductivity = { formula = "5 + 4e-6*T^2", unit = "W/(m K)" }
-density = "3000 kg/m^3"
-specific_heat = "800 J/(kg K)"
+const std::string graded = simple_material({.name = "a", .k = "20 + 0.03*T", .rho = "8000", .c = "400 + 0.2*T"}) +
+                           simple_material({.name = "b", .k = "5 + 4e-6*T^2", .rho = "3000", .c = "800"}) + R"toml(
 [material.m]
 mix = "voigt"
 phases = ["a", "b"]
 fraction = { formula = "x/0.5" }
 basis = "mass"
-)toml";
-const std::string constant = R"toml(
-[material.m]
-conductivity = "20 W/(m K)"
-density = "8000 kg/m^3"
-specific_heat = "400 J/(kg K)"
 )toml";
 
 /// Everything that can enter a derivative by temperature, and a wall of prescribed temperature.
@@ -202,9 +160,8 @@ TEST(HeatSystem, HasTheJacobianOfItsResidual) {
 }
 
 /// By MLPG, with the parameters of moving least squares as unknowns.
-std::string by_parameters(std::string text, const std::string& capacity) {
-  text.replace(text.find("\"sph\""), 5, "\"mlpg\"");
-  return text + "[mlpg]\ncapacity = \"" + capacity + "\"\n";
+std::string by_parameters(const std::string& text, const std::string& capacity) {
+  return replaced(text, "\"sph\"", "\"mlpg\"") + "[mlpg]\ncapacity = \"" + capacity + "\"\n";
 }
 
 Eigen::MatrixXd values_of_parameters(const HeatSystem& system) {
@@ -261,29 +218,16 @@ TEST(HeatSystem, KnowsWhenItsJacobianIsSymmetricAndConstant) {
 }
 
 const std::vector<Named>& materials() {
-  static const std::vector<Named> all = {{"constant", constant},
-                                         {"c(T)", of_T_alone},
-                                         {"rho(x), c(T)", of_place_and_T},
-                                         {"layers, one with a table", two_layers},
-                                         {"mixture by mass", graded},
-                                         {"rho(T), c(T)", R"toml(
-[material.m]
-conductivity = "20 W/(m K)"
-density = { formula = "8000 - 0.3*T", unit = "kg/m^3" }
-specific_heat = { formula = "400 + 0.2*T", unit = "J/(kg K)" }
-)toml"},
-                                         {"c(x, T)", R"toml(
-[material.m]
-conductivity = "20 W/(m K)"
-density = "8000 kg/m^3"
-specific_heat = { formula = "400*(1 + x) + 0.2*T", unit = "J/(kg K)" }
-)toml"},
-                                         {"a peak in c(T), as of a change of phase", R"toml(
-[material.m]
-conductivity = "20 W/(m K)"
-density = "8000 kg/m^3"
-specific_heat = { formula = "500 + 20000*exp(-((T - 700)/10)^2)", unit = "J/(kg K)" }
-)toml"}};
+  static const std::vector<Named> all = {
+      {"constant", constant},
+      {"c(T)", of_T_alone},
+      {"rho(x), c(T)", of_place_and_T},
+      {"layers, one with a table", two_layers},
+      {"mixture by mass", graded},
+      {"rho(T), c(T)", simple_material({.k = "20", .rho = "8000 - 0.3*T", .c = "400 + 0.2*T"})},
+      {"c(x, T)", simple_material({.k = "20", .rho = "8000", .c = "400*(1 + x) + 0.2*T"})},
+      {"a peak in c(T), as of a change of phase",
+       simple_material({.k = "20", .rho = "8000", .c = "500 + 20000*exp(-((T - 700)/10)^2)"})}};
   return all;
 }
 
@@ -345,10 +289,8 @@ TEST(HeatSystem, BooksTheHeatThroughWallsHeldByAPenalty) {
   const std::string walls =
       "[boundary.xmin]\ntemperature = \"600 K\"\n[boundary.xmax]\ntemperature = \"450 K\"\n[steady]\n";
   const CaseModel m(by_parameters(jittered_plate + constant + walls, "consistent") + "prescribed = \"penalty\"\n");
-  State state = m.start();
-  solve_steady(m.description(), m.system(), state);
-  std::vector<double> F(m.cloud().owned), power(m.system().accounts().size());
-  m.system().rate(0, state.T, F, power);
+  State state = m.steady();
+  const auto [F, power] = m.rates(0, state.T);
   EXPECT_NEAR(power[0], 240, 1e-7);
   EXPECT_NEAR(power[1], -240, 1e-7);
   const std::span<const double> T = m.system().values(state.T);
@@ -385,12 +327,8 @@ TEST(HeatSystem, ConservesHeatOnAnyCloud) {
     const int dimension = *rc::gen::inRange(1, 4), seed = *rc::gen::inRange(1, 1000);
     const int material = *rc::gen::inRange(0, 3), n = *rc::gen::inRange(4, dimension == 3 ? 6 : 9);
     const std::string each = fmt::format("{:.1f}", *rc::gen::inRange(0, 4) / 10.);
-    std::string size = "\"0.5 m\"", points = std::to_string(n);
-    for (int a = 1; a < dimension; ++a) size += ", \"0.5 m\"", points += ", " + std::to_string(n);
-    const std::string cloud = fmt::format(
-        "title = \"test\"\nmethod = \"sph\"\n[cloud]\nshape = \"box\"\nsize = [{}]\npoints = [{}]\njitter = {}\nseed = "
-        "{}\n",
-        size, points, each, seed);
+    const std::string cloud = box_case(std::vector<std::string>(dimension, "0.5 m"), std::vector<int>(dimension, n)) +
+                              fmt::format("jitter = {}\nseed = {}\n", each, seed);
     const std::string exchanges = R"toml(
 [boundary.air]
 on = "xmax"
@@ -403,10 +341,7 @@ flux = { formula = "2e4*(1 + y)", unit = "W/m^2" }
 power_density = { formula = "1e6*exp(-T/1000)*(1 + x)", unit = "W/m^3" }
 )toml";
     const CaseModel m(cloud + std::vector{of_T_alone, of_place_and_T, two_layers}[material] + exchanges + insulated);
-    const int owned = m.cloud().owned;
-    auto T = scattered_temperatures(m.cloud(), 600, 200, seed);
-    std::vector<double> F(owned), power(m.system().accounts().size());
-    m.system().rate(0.1, T, F, power);
+    const auto [F, power] = m.rates(0.1, scattered_temperatures(m.cloud(), 600, 200, seed));
     double net = 0, gross = 0;
     for (double f : F) net += f, gross += std::abs(f);
     for (double p : power) net -= p, gross += std::abs(p);
@@ -418,8 +353,7 @@ power_density = { formula = "1e6*exp(-T/1000)*(1 + x)", unit = "W/m^3" }
 TEST(HeatSystem, IsAtRestAtOneTemperature) {
   for (const std::string& material : {constant, of_T_alone, of_place_and_T, two_layers, graded}) {
     const CaseModel m(jittered_plate + material + insulated);
-    std::vector<double> T(m.cloud().local(), 612.3), F(m.cloud().owned), power;
-    m.system().rate(0, T, F, power);
+    const auto [F, power] = m.rates(0, m.uniform(612.3));
     for (double f : F) EXPECT_EQ(f, 0);
   }
 }
@@ -457,12 +391,7 @@ temperature = "600 K"
 on = "xmax"
 convection = { h = "5 kW/(m^2 K)", ambient = "300 K" }
 )toml";
-  const std::string of_place = R"toml(
-[material.m]
-conductivity = { formula = "20*(1 + 5*x)", unit = "W/(m K)" }
-density = { formula = "8000*(1 + y)", unit = "kg/m^3" }
-specific_heat = "400 J/(kg K)"
-)toml";
+  const std::string of_place = simple_material({.k = "20*(1 + 5*x)", .rho = "8000*(1 + y)", .c = "400"});
   for (const std::string& text : {jittered_plate + constant, jittered_plate + of_place, lattice_plate + constant}) {
     const CaseModel m(text + walls + insulated);
     auto T = scattered_temperatures(m.cloud(), 600, 200);
@@ -503,21 +432,7 @@ TEST(HeatSystem, KnowsTheLargestRateOfExplicitStepsOfParameters) {
 }
 
 std::string rod(const std::string& at, int points) {
-  return fmt::format(R"toml(
-title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["0.8 m"]
-points = [{}]
-at = "{}"
-section = "0.01 m^2"
-[material.m]
-conductivity = "20 W/(m K)"
-density = "8000 kg/m^3"
-specific_heat = "400 J/(kg K)"
-)toml",
-                     points, at);
+  return box_case({"0.8 m"}, {points}) + fmt::format("at = \"{}\"\nsection = \"0.01 m^2\"\n", at) + constant;
 }
 
 TEST(HeatSystem, HasTheRatesOfARodThatAreKnown) {
@@ -562,12 +477,8 @@ TEST(HeatSystem, KnowsWhatFixesTheLevelOfASteadyTemperature) {
   EXPECT_TRUE(is_fixed("[boundary.xmin]\ntemperature = \"300 K\"\n"));
   EXPECT_TRUE(is_fixed("[boundary.xmin]\nconvection = { h = \"3 W/(m^2 K)\", ambient = \"300 K\" }\n"));
   EXPECT_TRUE(is_fixed("[boundary.xmin]\nradiation = { emissivity = 0.5, ambient = \"300 K\" }\n"));
-  const Error error = error_of([] {
-    const CaseModel m(jittered_plate + constant + "[boundary.xmin]\nflux = \"10 W/m^2\"\n[steady]\n");
-    State state = m.start();
-    solve_steady(m.description(), m.system(), state);
-  });
-  EXPECT_NE(std::string(error.what()).find("nothing fixes the level"), std::string::npos) << error.what();
+  const std::string free = jittered_plate + constant + "[boundary.xmin]\nflux = \"10 W/m^2\"\n[steady]\n";
+  expect_words(error_of([&] { CaseModel(free).steady(); }).what(), {"nothing fixes the level"});
 }
 
 TEST(HeatSystem, NamesThePointWhoseTemperatureIsNotFinite) {
@@ -575,11 +486,9 @@ TEST(HeatSystem, NamesThePointWhoseTemperatureIsNotFinite) {
   State state = m.start();
   m.system().require_finite(0, state.T);
   state.T[7] = std::numeric_limits<double>::quiet_NaN();
-  const Error error = error_of([&] { m.system().require_finite(2.5, state.T); });
-  EXPECT_EQ(error.fault(), Fault::numbers);
-  for (const std::string& word :
-       {fmt::format("point {}", m.cloud().id[7]), fmt::format("({:.6g}", m.cloud().x[7].x), std::string("t = 2.5 s")})
-    EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  expect_error([&] { m.system().require_finite(2.5, state.T); },
+               {fmt::format("point {}", m.cloud().id[7]), fmt::format("({:.6g}", m.cloud().x[7].x), "t = 2.5 s"},
+               Fault::numbers);
 }
 
 TEST(HeatSystemParallel, GivesTheSameRatesOnAnyNumberOfRanks) {

@@ -7,14 +7,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <fstream>
 #include <limits>
 #include <numbers>
+#include <sstream>
 
 #include "case_models.hpp"
 #include "material/invert.hpp"
 #include "material/library.hpp"
 #include "material/mixing_rules.hpp"
+#include "results.hpp"
 
 namespace calor {
 namespace {
@@ -56,13 +57,7 @@ TEST(MaterialLibrary, GivesAluminaTheConductivityThatWasMeasured) {
 
 /// A lattice of 5 x 3 points in 4 m x 2 m.
 std::string plate(const std::string& rest) {
-  return R"toml(title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["4 m", "2 m"]
-points = [5, 3]
-[initial]
+  return box_case({"4 m", "2 m"}, {5, 3}) + R"toml([initial]
 temperature = "400 K"
 [time]
 end = "1 s"
@@ -80,9 +75,7 @@ Properties properties(const CaseModel& m, const std::vector<double>& T, double t
   m.system().material().enthalpy(T, p.H, p.rho_c);
   return p;
 }
-Properties properties(const CaseModel& m, double T, double t = 0) {
-  return properties(m, std::vector<double>(m.cloud().local(), T), t);
-}
+Properties properties(const CaseModel& m, double T, double t = 0) { return properties(m, m.uniform(T), t); }
 
 TEST(Material, TakesNumbersTablesAndFormulas) {
   const CaseModel m(plate(R"toml(
@@ -104,12 +97,7 @@ specific_heat = { table = [[0, 400], [100, 500], [300, 900]], unit = "J/(kg K)",
 
 TEST(Material, HoldsTheIntegralOfItsCapacity) {
   // From the mean of the start, 400 K: c = 300 + T/2.
-  const CaseModel m(plate(R"toml(
-[material.m]
-conductivity = "1 W/(m K)"
-density = "10 kg/m^3"
-specific_heat = { formula = "300 + T/2", unit = "J/(kg K)" }
-)toml"));
+  const CaseModel m(plate(simple_material({.k = "1", .rho = "10", .c = "300 + T/2"})));
   for (double T : {250., 400., 777.}) {
     const double expected = 10 * (300 * (T - 400) + (T * T - 400 * 400) / 4);
     for (double H : properties(m, T).H) EXPECT_NEAR(H, expected, 1e-9 * (1 + std::abs(expected)));
@@ -118,14 +106,8 @@ specific_heat = { formula = "300 + T/2", unit = "J/(kg K)" }
 
 TEST(Material, SeesAPeakFarFromTheTemperaturesOfTheStart) {
   // Steel that melts at 1700 K, in a body between 300 K and 1000 K: what it holds at 1800 K has the latent heat in it.
-  const std::string text = plate(R"toml(
-[material.m]
-conductivity = "1 W/(m K)"
-density = "10 kg/m^3"
-specific_heat = { formula = "500 + 2e4*exp(-((T - 1700)/10)^2)", unit = "J/(kg K)" }
-)toml");
-  std::string wide = text;
-  wide.replace(wide.find("\"400 K\""), 7, "{ formula = \"300 + 175*x\", unit = \"K\" }");
+  const std::string text = plate(simple_material({.k = "1", .rho = "10", .c = "500 + 2e4*exp(-((T - 1700)/10)^2)"}));
+  const std::string wide = replaced(text, "\"400 K\"", "{ formula = \"300 + 175*x\", unit = \"K\" }");
   for (const std::string& start : {text, wide}) {
     const CaseModel m(start);
     const double below = properties(m, 1600).H[0], peak = properties(m, 1700).rho_c[0],
@@ -135,16 +117,8 @@ specific_heat = { formula = "500 + 2e4*exp(-((T - 1700)/10)^2)", unit = "J/(kg K
   }
 }
 
-const std::string phases = R"toml(
-[material.a]
-conductivity = { formula = "30 - 0.01*T", unit = "W/(m K)" }
-density = "4000 kg/m^3"
-specific_heat = "1000 J/(kg K)"
-[material.b]
-conductivity = { formula = "2 + 0.005*T", unit = "W/(m K)" }
-density = "6000 kg/m^3"
-specific_heat = { formula = "500 + 0.1*T", unit = "J/(kg K)" }
-)toml";
+const std::string phases = simple_material({.name = "a", .k = "30 - 0.01*T", .rho = "4000", .c = "1000"}) +
+                           simple_material({.name = "b", .k = "2 + 0.005*T", .rho = "6000", .c = "500 + 0.1*T"});
 
 TEST(Material, MixesByMass) {
   // rho = 1 / ((1-a)/rho1 + a/rho2), c = (1-a) c1 + a c2, k = (1-a) k1 + a k2 with the fraction as it is.
@@ -183,11 +157,7 @@ basis = "volume"
 }
 
 TEST(Material, MixesBothBasesAlikeWhereTheDensitiesAreTheSame) {
-  const std::string same = R"toml(
-[material.a]
-conductivity = "30 W/(m K)"
-density = "4000 kg/m^3"
-specific_heat = "1000 J/(kg K)"
+  const std::string same = simple_material({.name = "a", .k = "30", .rho = "4000", .c = "1000"}) + R"toml(
 [material.b]
 library = "zirconia"
 density = "4000 kg/m^3"
@@ -251,8 +221,7 @@ where = "x > 2.5 && y > 1.5"
 }
 
 TEST(Material, StandsWhereTheTagsOfACloudSay) {
-  const std::string file = testing::TempDir() + "calor-material-tags.csv";
-  std::ofstream rows(file);
+  std::ostringstream rows;
   rows << "x [m],y [m],volume [m^3],tag,area_x [m^2],area_y [m^2]\n";
   for (int a = 0; a < 4; ++a)
     for (int b = 0; b < 4; ++b) {
@@ -261,12 +230,12 @@ TEST(Material, StandsWhereTheTagsOfACloudSay) {
       rows << a << "," << b << "," << width * height << "," << (a > 1 ? "core" : "shell") << "," << area_x << ","
            << area_y << "\n";
     }
-  rows.close();
+  const TemporaryFolder folder;
   const std::string cloud = fmt::format(
       "title = \"test\"\nmethod = \"sph\"\n[cloud]\nshape = \"csv\"\nfile = \"{}\"\n[initial]\ntemperature = \"400 "
       "K\"\n[time]\nend = "
       "\"1 s\"\n",
-      file);
+      folder.write("tags.csv", rows.str()));
   const std::string body = "[body]\nmaterial = \"a\"\n[[body.region]]\nmaterial = \"b\"\ntag = \"{}\"\n";
   const CaseModel m(cloud + phases + fmt::format(fmt::runtime(body), "core"));
   const Properties p = properties(m, 500);
@@ -296,19 +265,14 @@ TEST(Material, ChoosesTheMeanThatFits) {
 
 TEST(Material, TakesThreeThetaDerivativesAsOne) {
   // d theta / dT = k, for a formula, a table and a mixture.
-  for (const std::string& material : {std::string(R"toml(
-[material.m]
-conductivity = { formula = "5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", unit = "W/(m K)" }
-density = "1 kg/m^3"
-specific_heat = "1 J/(kg K)"
-)toml"),
-                                      std::string(R"toml(
+  for (const std::string& material :
+       {simple_material({.k = "5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", .rho = "1", .c = "1"}), std::string(R"toml(
 [material.m]
 conductivity = { table = [[200, 5], [500, 9], [900, 4]], unit = "W/(m K)" }
 density = "1 kg/m^3"
 specific_heat = "1 J/(kg K)"
 )toml"),
-                                      phases + R"toml(
+        phases + R"toml(
 [material.m]
 mix = "voigt"
 phases = ["a", "b"]
@@ -339,11 +303,9 @@ TEST(Material, RefusesPropertiesThatAreNotPositive) {
   expect_refused(with_conductivity("\"-1 W/(m K)\""), {"test.toml:12:16", "-1"});
   expect_refused(with_conductivity("{ formula = \"3 - x\", unit = \"W/(m K)\" }"),
                  {"test.toml:12:28", "conductivity of 'm' is 0 W/(m K) at (3, 0, 0) m", "positive everywhere"});
-  expect_refused(plate("[material.m]\nconductivity = \"1 W/(m K)\"\ndensity = \"0 kg/m^3\"\nspecific_heat = \"1 J/(kg "
-                       "K)\"\n"),
+  expect_refused(plate(simple_material({.k = "1", .rho = "0", .c = "1"})),
                  {"test.toml:13:11", "density of 'm' is 0 kg/m^3"});
-  expect_refused(plate("[material.m]\nconductivity = \"1 W/(m K)\"\ndensity = \"1 kg/m^3\"\nspecific_heat = { formula "
-                       "= \"-y\", unit = \"J/(kg K)\" }\n"),
+  expect_refused(plate(simple_material({.k = "1", .rho = "1", .c = "-y"})),
                  {"test.toml:14:29", "specific heat of 'm'"});
   expect_refused(with_conductivity("{ formula = \"1/(x - 1)\", unit = \"W/(m K)\" }"),
                  {"test.toml:12:28", "(1, 0, 0)"});
@@ -351,53 +313,39 @@ TEST(Material, RefusesPropertiesThatAreNotPositive) {
 
 TEST(Material, StopsWhereAPropertyTurnsNonPositive) {
   // With the point, and the temperature it has there.
-  for (const std::string k : {"{ formula = \"5 - 0.01*T\", unit = \"W/(m K)\" }",
-                              "{ formula = \"(5 - 0.01*T)*(1 + x)\", unit = \"W/(m K)\" }"}) {
-    const CaseModel m(with_conductivity(k));
-    std::vector<double> T(m.cloud().local(), 400), F(m.cloud().owned), power;
-    m.system().rate(0, T, F, power);
+  for (const std::string k : {"5 - 0.01*T", "(5 - 0.01*T)*(1 + x)"}) {
+    const CaseModel m(plate(simple_material({.k = k, .rho = "1", .c = "1"})));
+    std::vector<double> T = m.uniform(400);
+    m.rates(0, T);
     const int hot = 4;
     T[hot] = 501;
-    const Error error = error_of([&] { m.system().rate(0.25, T, F, power); });
-    EXPECT_EQ(error.fault(), Fault::numbers);
     const Vec3& x = m.cloud().x[hot];
-    for (const std::string& word : {std::string("conductivity of 'm' is -0.0"), std::string("T = 501 K"),
-                                    fmt::format("({:.6g}, {:.6g}, 0) m", x.x, x.y)})
-      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    expect_error([&] { m.rates(0.25, T); },
+                 {"conductivity of 'm' is -0.0", "T = 501 K", fmt::format("({:.6g}, {:.6g}, 0) m", x.x, x.y)},
+                 Fault::numbers);
   }
 }
 
 TEST(Material, StopsWhereAPropertyIsNotANumber) {
-  const CaseModel m(with_conductivity("{ formula = \"sqrt(450 - T)*(1 + x)\", unit = \"W/(m K)\" }"));
-  std::vector<double> T(m.cloud().local(), 400), F(m.cloud().owned), power;
-  m.system().rate(0, T, F, power);
+  const CaseModel m(plate(simple_material({.k = "sqrt(450 - T)*(1 + x)", .rho = "1", .c = "1"})));
+  std::vector<double> T = m.uniform(400);
+  m.rates(0, T);
   T[7] = 460;
-  const Error error = error_of([&] { m.system().rate(0, T, F, power); });
   const Vec3& x = m.cloud().x[7];
-  for (const std::string& word :
-       {std::string("test.toml:12:28"), std::string("T = 460 K"), fmt::format("({:.6g}, {:.6g}, 0) m", x.x, x.y)})
-    EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  expect_words(error_of([&] { m.rates(0, T); }).what(),
+               {"test.toml:12:28", "T = 460 K", fmt::format("({:.6g}, {:.6g}, 0) m", x.x, x.y)});
 }
 
 TEST(Material, StopsWhereTheHeatCapacityTurnsNonPositive) {
-  const CaseModel m(plate(R"toml([material.m]
-conductivity = "1 W/(m K)"
-density = "1 kg/m^3"
-specific_heat = { formula = "600 - T", unit = "J/(kg K)" }
-)toml"));
-  std::vector<double> T(m.cloud().local(), 400), C(m.cloud().owned);
+  const CaseModel m(plate(simple_material({.k = "1", .rho = "1", .c = "600 - T"})));
+  std::vector<double> T = m.uniform(400), C(m.cloud().owned);
   T[3] = 650;
-  const Error error = error_of([&] { m.system().capacity(T, C); });
-  EXPECT_EQ(error.fault(), Fault::numbers);
-  for (const std::string word : {"heat capacity of 'm' is -50", "T = 650 K"})
-    EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+  expect_error([&] { m.system().capacity(T, C); }, {"heat capacity of 'm' is -50", "T = 650 K"}, Fault::numbers);
   // Nor is there a temperature for every enthalpy: at most 200^2 / 2 J/m^3 above 400 K.
   std::vector<double> E(m.cloud().owned, 0);
   E[2] = 3e4;
-  T.assign(T.size(), 400);
-  const Error none = error_of([&] { m.system().temperature(E, T); });
-  EXPECT_EQ(none.fault(), Fault::numbers);
-  EXPECT_NE(std::string(none.what()).find("no temperature holds the enthalpy"), std::string::npos) << none.what();
+  T = m.uniform(400);
+  expect_error([&] { m.system().temperature(E, T); }, {"no temperature holds the enthalpy"}, Fault::numbers);
 }
 
 TEST(Material, RefusesAnisotropicConductivity) {
@@ -473,12 +421,11 @@ TEST(Inversion, FindsTheRootOfAnyIncreasingFunction) {
 }
 
 TEST(MaterialParallel, RefusesOnAllRanksWhatIsWrongOnOne) {
-  const CaseModel m(with_conductivity("{ formula = \"5 - 0.01*T\", unit = \"W/(m K)\" }"), MPI_COMM_WORLD);
-  std::vector<double> T(m.cloud().local(), 400), F(m.cloud().owned), power;
+  const CaseModel m(plate(simple_material({.k = "5 - 0.01*T", .rho = "1", .c = "1"})), MPI_COMM_WORLD);
+  std::vector<double> T = m.uniform(400);
   for (int i = 0; i < m.cloud().local(); ++i)
     if (m.cloud().id[i] == 14) T[i] = 600;
-  const Error error = error_of([&] { m.system().rate(0, T, F, power); });
-  EXPECT_NE(std::string(error.what()).find("(4, 2, 0) m, T = 600 K"), std::string::npos) << error.what();
+  expect_words(error_of([&] { m.rates(0, T); }).what(), {"(4, 2, 0) m, T = 600 K"});
 }
 
 }  // namespace

@@ -115,25 +115,11 @@ TEST(Probes, InterpolateWithFourthOrder) {
 }
 
 TEST(Probes, RefusePlacesOutsideTheBody) {
-  const std::string plate = R"toml(title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["4 m", "2 m"]
-points = [5, 3]
-[material.m]
-library = "iron"
-[probe]
-)toml";
+  const std::string plate = box_case({"4 m", "2 m"}, {5, 3}) + "[material.m]\nlibrary = \"iron\"\n[probe]\n";
   const auto refused = [&](const std::string& probe, const std::vector<std::string>& words) {
-    const Error error = error_of([&] {
-      const Case c = Case::parse(plate + probe, "test.toml");
-      const Cloud cloud = make_cloud(MPI_COMM_SELF, c, 2);
-      Probes probes(c, cloud);
-    });
-    EXPECT_EQ(error.fault(), Fault::bad_case);
-    for (const std::string& word : words)
-      EXPECT_NE(std::string(error.what()).find(word), std::string::npos) << error.what();
+    const Case c = parse_case(plate + probe);
+    const Cloud cloud = make_cloud(MPI_COMM_SELF, c, 2);
+    expect_error([&] { Probes probes(c, cloud); }, words);
   };
   refused("p = [\"5 m\", \"1 m\"]", {"test.toml:10:5", "probe 'p'", "(5, 1, 0) m", "x from 0 to 4 m, y from 0 to 2 m"});
   refused("p = [\"4.1 m\", \"1 m\"]", {"outside the body"});
@@ -141,7 +127,7 @@ library = "iron"
   refused("p = [\"2 m\"]", {"1 coordinates in a body of 2 dimensions"});
   refused("p = [\"2 m\", \"1 m\", \"1 m\"]", {"3 coordinates in a body of 2 dimensions"});
   refused("\"a,b\" = [\"2 m\", \"1 m\"]", {"cannot be the name of a column"});
-  const Case good = Case::parse(plate + "p = [\"4 m\", \"2 m\", \"0 m\"]", "test.toml");
+  const Case good = parse_case(plate + "p = [\"4 m\", \"2 m\", \"0 m\"]");
   EXPECT_EQ(Probes(good, make_cloud(MPI_COMM_SELF, good, 2)).names(), std::vector<std::string>{"p"});
 }
 

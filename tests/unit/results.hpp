@@ -18,6 +18,10 @@
 
 namespace calor {
 
+inline void write_file(const std::string& path, const std::string& text) {
+  std::ofstream(path, std::ios::binary) << text;
+}
+
 /// A folder that lasts as long as the object; the same one on all ranks of `comm`. Collective.
 class TemporaryFolder {
  public:
@@ -38,6 +42,12 @@ class TemporaryFolder {
   }
   std::string path() const { return path_.string(); }
   std::string operator/(const std::string& file) const { return (path_ / file).string(); }
+  /// Puts a file into it, which all ranks then see, and returns its path. Collective.
+  std::string write(const std::string& file, const std::string& text) const {
+    if (rank_of(comm_) == 0) write_file(*this / file, text);
+    MPI_Barrier(comm_);
+    return *this / file;
+  }
 
  private:
   MPI_Comm comm_;
@@ -50,10 +60,6 @@ inline std::string read_file(const std::string& path) {
   std::ostringstream text;
   text << in.rdbuf();
   return text.str();
-}
-
-inline void write_file(const std::string& path, const std::string& text) {
-  std::ofstream(path, std::ios::binary) << text;
 }
 
 struct CsvTable {

@@ -49,11 +49,9 @@ centre = ["20 mm", "15 mm"]
 corner = ["0.04 m", "0.03 m"]
 )toml";
 
-Case parse(const std::string& text) { return Case::parse(text, "test.toml"); }
-
-RunResult run_into(const std::string& folder, const std::string& text, MPI_Comm comm = MPI_COMM_SELF) {
-  return run(parse(text), comm, {.folder = folder, .quiet = true});
-}
+/// Its line under [initial].
+const std::string start = "temperature = { formula = \"600 + 5000*x\", unit = \"K\" }";
+const std::string constant_walls = replaced(plate, "700 + 20*t", "700");
 
 /// Temperatures of final.csv in the order of the ids.
 std::vector<double> final_temperatures(const std::string& folder) {
@@ -230,9 +228,7 @@ TEST(Run, ReportsTheSteadyState) {
 
 TEST(Run, WritesEveryTimeOnceThoughItEndsInASteadyState) {
   const TemporaryFolder folder;
-  std::string text = plate;
-  text.replace(text.find("700 + 20*t"), 10, "700");
-  run_into(folder.path(), text + "[time]\nend = \"10000 s\"\nsteady_below = \"1 mK/s\"\n");
+  run_into(folder.path(), constant_walls + "[time]\nend = \"10000 s\"\nsteady_below = \"1 mK/s\"\n");
   const CsvTable probes = read_csv(folder / "probes.csv");
   EXPECT_LT(probes.rows.back()[0], 10000);
   for (std::size_t n = 1; n < probes.rows.size(); ++n) EXPECT_GT(probes.rows[n][0], probes.rows[n - 1][0]);
@@ -241,16 +237,8 @@ TEST(Run, WritesEveryTimeOnceThoughItEndsInASteadyState) {
 TEST(Run, LetsAnInsulatedBodyComeToRest) {
   // No heat comes in, by no account; the mean of cos^2 is 1/2.
   const TemporaryFolder folder;
-  const RunResult result = run_into(folder.path(), R"toml(title = "test"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["1 m"]
-points = [9]
-[material.m]
-conductivity = "1 W/(m K)"
-density = "1 kg/m^3"
-specific_heat = "1 J/(kg K)"
+  const RunResult result =
+      run_into(folder.path(), box_case({"1 m"}, {9}) + simple_material({.k = "1", .rho = "1", .c = "1"}) + R"toml(
 [initial]
 temperature = { formula = "300 + cos(pi*x)^2", unit = "K" }
 [time]
@@ -270,37 +258,30 @@ TEST(Run, WritesNoFieldsWhereNoneAreWanted) {
 
 TEST(Run, StartsFromTheEndOfAnother) {
   // Nothing depends on time, so that a second run from the middle ends where one run ends.
-  std::string text = plate;
-  text.replace(text.find("700 + 20*t"), 10, "700");
+  std::string text = constant_walls;
   const auto wire = text.find("[source.wire]"), after = text.find("[probe]");
   text.erase(wire, after - wire);
   const std::string steps = "integrator = \"euler\"\nstep = \"2 ms\"\n";
   const TemporaryFolder first, second, whole;
   run_into(first.path(), text + "[time]\nend = \"0.5 s\"\n" + steps);
   run_into(whole.path(), text + "[time]\nend = \"1 s\"\n" + steps);
-  const auto initial = text.find("temperature = {");
-  std::string onwards = text;
-  onwards.replace(initial, text.find('\n', initial) - initial, fmt::format("result = \"{}\"", first.path()));
+  const std::string onwards = replaced(text, start, fmt::format("result = \"{}\"", first.path()));
   run_into(second.path(), onwards + "[time]\nend = \"0.5 s\"\n" + steps);
   const auto a = final_temperatures(whole.path()), b = final_temperatures(second.path());
   for (std::size_t i = 0; i < a.size(); ++i) EXPECT_NEAR(b[i] / a[i], 1, 1e-12);
 
   // A file of another cloud has no row for every point.
-  std::string other = onwards;
-  other.replace(other.find("[9, 7]"), 6, "[5, 7]");
-  EXPECT_NO_THROW(run_into("", other + "[time]\nend = \"0.1 s\"\n"));  // a coarser lattice has all its points there
-  other.replace(other.find("[5, 7]"), 6, "[8, 7]");
+  const std::string coarser = replaced(onwards, "[9, 7]", "[5, 7]"), other = replaced(onwards, "[9, 7]", "[8, 7]");
+  EXPECT_NO_THROW(run_into("", coarser + "[time]\nend = \"0.1 s\"\n"));  // has all its points there
   expect_refused(other + "[time]\nend = \"0.1 s\"\n", {"test.toml:18:10", "has no row for the point"});
 }
 
 TEST(Run, StartsFromACsvFile) {
   const TemporaryFolder folder;
-  std::string rows = "id,T [degC]\n", text = plate;
+  std::string rows = "id,T [degC]\n";
   for (int id = 62; id >= 0; --id) rows += fmt::format("{},{}\n", id, 100 + id);
-  write_file(folder / "start.csv", rows);
-  const auto initial = text.find("temperature = {");
-  text.replace(initial, text.find('\n', initial) - initial, fmt::format("csv = \"{}\"", folder / "start.csv"));
-  const CaseModel m(text + "[time]\nend = \"1 s\"\n");
+  const std::string file = folder.write("start.csv", rows);
+  const CaseModel m(replaced(plate, start, fmt::format("csv = \"{}\"", file)) + "[time]\nend = \"1 s\"\n");
   for (int i = 0; i < m.cloud().owned; ++i)
     EXPECT_NEAR(m.model().T_start[i], 373.15 + static_cast<double>(m.cloud().id[i]), 1e-10);
 }
@@ -308,9 +289,8 @@ TEST(Run, StartsFromACsvFile) {
 TEST(Run, RefusesAFolderThatCannotBeWritten) {
   const TemporaryFolder folder;
   write_file(folder / "file", "");
-  const Error error = error_of([&] { run_into(folder / "file/results", plate + "[time]\nend = \"1 s\"\n"); });
-  EXPECT_EQ(error.fault(), Fault::file);
-  EXPECT_NE(std::string(error.what()).find("cannot be written"), std::string::npos) << error.what();
+  expect_error([&] { run_into(folder / "file/results", plate + "[time]\nend = \"1 s\"\n"); }, {"cannot be written"},
+               Fault::file);
 }
 
 TEST(Run, RefusesACaseThatIsNeitherSteadyNorTransient) {
@@ -359,8 +339,7 @@ struct Small {
 };
 std::vector<Small> small_cases() {
   const std::string explicit_steps = "integrator = \"euler\"\nstep = \"5 ms\"\n";
-  std::string jittered = plate;
-  jittered.replace(jittered.find("[9, 7]"), 6, "[9, 7]\njitter = 0.2");
+  const std::string jittered = replaced(plate, "[9, 7]", "[9, 7]\njitter = 0.2");
   const std::string disc = R"toml(title = "test"
 method = "sph"
 [cloud]
@@ -479,10 +458,8 @@ TEST(Command, StartsRanksItself) {
 void expect_readable_after(const std::string& signal, int expected_code) {
   const TemporaryFolder folder;
   // Long enough never to end by itself, and with a row of the logs every hundred steps.
-  std::string text = plate;
-  text.replace(text.find("700 + 20*t"), 10, "700");
   write_file(folder / "case.toml",
-             text +
+             constant_walls +
                  "[time]\nend = \"1e5 s\"\nintegrator = \"euler\"\nstep = \"1 ms\"\n[output]\ntimes = [\"1 "
                  "s\"]\nsamples = 1000000\n");
   // The signal comes when the fields at 1 s are there.

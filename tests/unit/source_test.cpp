@@ -3,11 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
-#include <fstream>
 #include <numbers>
 
 #include "base/parallel.hpp"
+#include "case_models.hpp"
 #include "method_clouds.hpp"
+#include "results.hpp"
 #include "source/path.hpp"
 #include "source/source.hpp"
 
@@ -15,10 +16,7 @@ namespace calor {
 namespace {
 
 /// What every case needs besides.
-const std::string head =
-    "title = \"t\"\nmethod = \"sph\"\n[cloud]\nshape = \"box\"\nsize = [\"1 m\"]\npoints = [2]\n[material.m]\nlibrary "
-    "= \"iron\"\n[time]\nend = \"1 "
-    "s\"\n";
+const std::string head = box_case({"1 m"}, {2}) + "[material.m]\nlibrary = \"iron\"\n[time]\nend = \"1 s\"\n";
 
 std::vector<std::unique_ptr<Source>> sources_of(const std::string& text, const Cloud& cloud) {
   const Case c = Case::parse(head + text, "weld.toml");
@@ -257,8 +255,9 @@ speed = "10 mm/s"
 }
 
 TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
-  const std::string file = testing::TempDir() + "path.csv";
-  std::ofstream(file) << "t [s],x [mm],y [mm],power [W]\n0,0,0,100\n1,10,0,200\n1,10,0,400\n2,20,1,400\n";
+  const TemporaryFolder folder;
+  const std::string file =
+      folder.write("path.csv", "t [s],x [mm],y [mm],power [W]\n0,0,0,100\n1,10,0,200\n1,10,0,400\n2,20,1,400\n");
   const Case c =
       Case::parse(head + "[source.arc]\ncolumn = { sigma = \"1 mm\" }\npath = \"" + file + "\"\n", "weld.toml");
   const Path path = Path::read(c.section("source").sub("arc"), 2);
@@ -279,12 +278,9 @@ TEST(Source, StepsGoNoFartherThanAThirdOfSigma) {
 
 TEST(Source, OneThatNeverTouchesTheBodyIsRefused) {
   const Cloud cloud = box_cloud({21, 11}, 1e-3);
-  try {
-    sources_of("[source.s]\npower = \"1 W\"\nat = [\"50 mm\", \"0 mm\"]\ncolumn = { radius = \"3 mm\" }\n", cloud);
-    FAIL();
-  } catch (const Error& e) {
-    EXPECT_NE(std::string(e.what()).find("never touches the body"), std::string::npos) << e.what();
-  }
+  const std::string beside =
+      "[source.s]\npower = \"1 W\"\nat = [\"50 mm\", \"0 mm\"]\ncolumn = { radius = \"3 mm\" }\n";
+  expect_words(error_of([&] { sources_of(beside, cloud); }).what(), {"never touches the body"});
 }
 
 }  // namespace

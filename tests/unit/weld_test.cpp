@@ -3,9 +3,9 @@
 
 #include <cmath>
 
-#include "app/run.hpp"
 #include "base/parallel.hpp"
 #include "boundary/conditions.hpp"
+#include "case_models.hpp"
 #include "material/library.hpp"
 #include "material/simple.hpp"
 #include "method_clouds.hpp"
@@ -81,22 +81,17 @@ TEST(Melting, CarbonSteelHasTheValuesOfEN1993) {
   EXPECT_NEAR(at(*steel.specific_heat, 1600), 650, 1e-9);
 }
 
+/// An iron body with one boundary.
+Case iron_with(const std::string& boundary) {
+  return parse_case(box_case({"1 m"}, {2}) + "[material.m]\nlibrary = \"iron\"\n[steady]\n" + boundary);
+}
+
 TEST(PlateFaces, EveryPointHasAPieceOfThemAndTheyAreNoWalls) {
   const Cloud cloud = box_cloud({11, 6}, 1e-3, {.section = 2e-3});
-  const Case c = Case::parse(R"toml(title = "t"
-method = "sph"
-[cloud]
-shape = "box"
-size = ["1 m"]
-points = [2]
-[material.m]
-library = "iron"
-[steady]
-[boundary.faces]
+  const Case c = iron_with(R"toml([boundary.faces]
 on = ["top", "bottom"]
 convection = { h = "10 W/(m^2 K)", ambient = "20 degC" }
-)toml",
-                             "plate.toml");
+)toml");
   const Conditions conditions = make_conditions(c, cloud);
   ASSERT_EQ(conditions.fluxes.size(), 1u);
   EXPECT_TRUE(conditions.fluxes[0].is_plate);
@@ -106,11 +101,7 @@ convection = { h = "10 W/(m^2 K)", ambient = "20 degC" }
 
 TEST(PlateFaces, APrescribedTemperatureIsRefused) {
   const Cloud cloud = box_cloud({11, 6}, 1e-3);
-  const Case c = Case::parse(
-      "title = \"t\"\nmethod = \"sph\"\n[cloud]\nshape = \"box\"\nsize = [\"1 m\"]\npoints = "
-      "[2]\n[material.m]\nlibrary = \"iron\"\n[steady]\n"
-      "[boundary.top]\ntemperature = \"20 degC\"\n",
-      "p.toml");
+  const Case c = iron_with("[boundary.top]\ntemperature = \"20 degC\"\n");
   EXPECT_THROW(make_conditions(c, cloud), Error);
 }
 

@@ -32,59 +32,65 @@ std::vector<double> errors(const std::vector<int>& intervals, int seeds, const E
 
 double last_rate(const std::vector<double>& e) { return std::log2(e[e.size() - 2] / e.back()); }
 
-TEST(MlpgConvergence, SteadyHarmonicTemperatureIsOfSecondOrder) {
-  // T = e^x sin y; tiles on the lattice, virtual faces on clouds jittered by 0.2 d, mean of five seeds.
-  const Field T = [](const Vec3& x) { return std::exp(x.x) * std::sin(x.y); };
+/// A case by MLPG on a unit square of n intervals an edge, which `rest` completes.
+std::string unit_square_case(int n, double jitter, int seed, const std::string& rest) {
+  return box_case({"1 m", "1 m"}, {n + 1, n + 1}, "mlpg") + fmt::format("jitter = {}\nseed = {}\n", jitter, seed) +
+         rest;
+}
+
+/// Root of the mean square of T - exact, weighted with the volumes.
+double rms_error(const CaseModel& m, State state, const Field& exact) {
+  const std::span<const double> T = m.system().values(state.T);
+  double square = 0;
+  for (int i = 0; i < m.cloud().owned; ++i) square += m.cloud().volume[i] * std::pow(T[i] - exact(m.cloud().x[i]), 2);
+  return std::sqrt(square);
+}
+
+/// That `error(system, n)`, n intervals an edge, is of second order for both fluxes: by tiles on the lattice, and by
+/// virtual faces on clouds jittered by 0.2 d, where it is the mean of so many seeds.
+template <class Error>
+void expect_second_order(int seeds, const Error& error) {
   for (const double jitter : {0.0, 0.2}) {
     for (const MlpgFlux flux : {MlpgFlux::parameters, MlpgFlux::edge_stabilised}) {
       SCOPED_TRACE(testing::Message() << jitter << ' ' << static_cast<int>(flux));
-      const auto e = errors({10, 20, 40}, jitter > 0 ? 5 : 1, [&](int n, int seed) {
+      const auto e = errors({10, 20, 40}, jitter > 0 ? seeds : 1, [&](int n, int seed) {
         const Cloud cloud = unit_square(n, jitter, seed);
         auto o = MlpgOptions::defaults(2, cloud.box_lattice);
         o.flux = flux;
-        const MlpgSystem s(cloud, o);
-        return s.error(s.steady(T, [](const Vec3&) { return 0; }), T);
+        return error(MlpgSystem(cloud, o), n);
       });
       EXPECT_GE(last_rate(e), 1.8);
     }
   }
 }
 
+/// T = e^x sin y.
+const Field harmonic = [](const Vec3& x) { return std::exp(x.x) * std::sin(x.y); };
+
+TEST(MlpgConvergence, SteadyHarmonicTemperatureIsOfSecondOrder) {
+  const Field no_source = [](const Vec3&) { return 0; };
+  expect_second_order(5, [&](const MlpgSystem& s, int) { return s.error(s.steady(harmonic, no_source), harmonic); });
+}
+
 TEST(MlpgConvergence, PenaltyIsOfTheOrderOfCollocation) {
-  // T = e^x sin y again, from case files.
-  const auto error = [](const std::string& options, int n, double jitter, int seed) {
-    const CaseModel m(fmt::format(R"toml(
-title = "test"
-method = "mlpg"
-[cloud]
-shape = "box"
-size = ["1 m", "1 m"]
-points = [{0}, {0}]
-jitter = {1}
-seed = {2}
+  // The same temperature, from case files.
+  const std::string walls = R"toml(
 [material.m]
 conductivity = "1 W/(m K)"
 [boundary.walls]
 on = ["xmin", "xmax", "ymin", "ymax"]
-temperature = {{ formula = "exp(x)*sin(y)", unit = "K" }}
+temperature = { formula = "exp(x)*sin(y)", unit = "K" }
 [steady]
 [mlpg]
-{3})toml",
-                                  n + 1, jitter, seed, options));
-    State state = m.start();
-    solve_steady(m.description(), m.system(), state);
-    const std::span<const double> T = m.system().values(state.T);
-    double square = 0;
-    for (int i = 0; i < m.cloud().owned; ++i)
-      square += m.cloud().volume[i] * std::pow(T[i] - std::exp(m.cloud().x[i].x) * std::sin(m.cloud().x[i].y), 2);
-    return std::sqrt(square);
-  };
+)toml";
   for (const auto& [jitter, cells] :
        {std::pair<double, std::string>{0, ""}, {0.2, ""}, {0, "subdomain = \"sphere\"\n"}}) {
     SCOPED_TRACE(testing::Message() << jitter << ' ' << cells);
     const auto study = [&](const std::string& prescribed) {
       return errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
-        return error(cells + "prescribed = \"" + prescribed + "\"\n", n, jitter, seed);
+        const std::string options = cells + "prescribed = \"" + prescribed + "\"\n";
+        const CaseModel m(unit_square_case(n, jitter, seed, walls + options));
+        return rms_error(m, m.steady(), harmonic);
       });
     };
     const auto by_collocation = study("collocation"), by_penalty = study("penalty");
@@ -97,64 +103,36 @@ TEST(MlpgConvergence, CoolingCosineIsOfSecondOrder) {
   // T = cos(pi x) cos(pi y) exp(-2 pi^2 t), insulated, at t = 0.05.
   const Field start = [](const Vec3& x) { return std::cos(pi * x.x) * std::cos(pi * x.y); };
   const Field end = [&](const Vec3& x) { return start(x) * std::exp(-2 * pi * pi * 0.05); };
-  for (const double jitter : {0.0, 0.2}) {
-    for (const MlpgFlux flux : {MlpgFlux::parameters, MlpgFlux::edge_stabilised}) {
-      SCOPED_TRACE(testing::Message() << jitter << ' ' << static_cast<int>(flux));
-      const auto e = errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
-        const Cloud cloud = unit_square(n, jitter, seed);
-        auto o = MlpgOptions::defaults(2, cloud.box_lattice);
-        o.flux = flux;
-        const MlpgSystem s(cloud, o);
-        return s.error(s.cooled(start, 0.05, n * 5), end);
-      });
-      EXPECT_GE(last_rate(e), 1.8);
-    }
-  }
+  expect_second_order(3, [&](const MlpgSystem& s, int n) { return s.error(s.cooled(start, 0.05, n * 5), end); });
 }
 
 TEST(MlpgConvergence, CoolingWithPropertiesThatDependOnTemperatureIsOfSecondOrder) {
   // With k = c = 1 + T the heat equation is linear in theta = T + T^2/2:
   // theta = 1.5 + cos(pi x) cos(pi y) exp(-2 pi^2 t), insulated, at t = 0.05.
   const double end = 0.05;
-  const auto exact = [&](const Vec3& x) {
+  const Field exact = [&](const Vec3& x) {
     const double theta = 1.5 + std::cos(pi * x.x) * std::cos(pi * x.y) * std::exp(-2 * pi * pi * end);
     return std::sqrt(1 + 2 * theta) - 1;
   };
+  const std::string body = simple_material({.k = "1 + T", .rho = "1", .c = "1 + T"}) + R"toml(
+[initial]
+temperature = { formula = "sqrt(4 + 2*cos(pi*x)*cos(pi*y)) - 1", unit = "K" }
+[time]
+end = "0.05 s"
+step = "0.5 ms"
+)toml";
   const std::string implicit = "integrator = \"tr-bdf2\"\n";
   for (const auto& [jitter, integrator] : {std::pair<double, std::string>{0, ""}, {0.2, ""}, {0, implicit}}) {
     SCOPED_TRACE(testing::Message() << jitter << ' ' << integrator);
     const auto e = errors({10, 20, 40}, jitter > 0 ? 3 : 1, [&](int n, int seed) {
-      const CaseModel m(fmt::format(R"toml(
-title = "test"
-method = "mlpg"
-[cloud]
-shape = "box"
-size = ["1 m", "1 m"]
-points = [{0}, {0}]
-jitter = {1}
-seed = {2}
-[material.m]
-conductivity = {{ formula = "1 + T", unit = "W/(m K)" }}
-density = "1 kg/m^3"
-specific_heat = {{ formula = "1 + T", unit = "J/(kg K)" }}
-[initial]
-temperature = {{ formula = "sqrt(4 + 2*cos(pi*x)*cos(pi*y)) - 1", unit = "K" }}
-[time]
-end = "0.05 s"
-step = "0.5 ms"
-{3})toml",
-                                    n + 1, jitter, seed, integrator));
+      const CaseModel m(unit_square_case(n, jitter, seed, body + integrator));
       State state = m.start();
       make_integrator(m.description(), m.system(), state)->advance(m.system(), state, end, [](const State&) {
         return true;
       });
-      const std::span<const double> T = m.system().values(state.T);
-      double square = 0, swing = 0;
-      for (int i = 0; i < m.cloud().owned; ++i) {
-        square += m.cloud().volume[i] * std::pow(T[i] - exact(m.cloud().x[i]), 2);
-        swing = std::max(swing, std::abs(exact(m.cloud().x[i]) - 1));
-      }
-      return std::sqrt(square) / swing;
+      double swing = 0;
+      for (const Vec3& x : m.cloud().x) swing = std::max(swing, std::abs(exact(x) - 1));
+      return rms_error(m, state, exact) / swing;
     });
     EXPECT_GE(last_rate(e), 1.8);
     EXPECT_LE(e.back(), 5e-4);  // of the largest difference to the mean
