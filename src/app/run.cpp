@@ -112,6 +112,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   std::map<std::string, std::string> texts{{"method", chosen_method(c).name},
                                            {"integrator", steady ? "steady" : integrator->name()}};
   say(spdlog::level::debug, fmt::format("integrator {}", texts["integrator"]));
+  // Brings the ghosts of state.T up to date, too, which probes need.
   const auto owned = [&] { return system.values(state.T); };
   const auto show = [&] {
     if (fields) phases.measure("output", [&] { write_fields(*fields, system, state, weld.get()); });

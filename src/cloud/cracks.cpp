@@ -162,7 +162,7 @@ double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& 
   const double from = piece.side(a), to = piece.side(b);
   if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return 0;
   const Vec3 x = a + (from / (from - to)) * (b - a);
-  bool within;
+  bool within = false;
   if (cloud_.dimension == 3) {
     within = inside(piece.extended, piece.normal, x);
   } else {
@@ -222,7 +222,7 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
     return std::tuple(a.entry, a.crack, -a.fraction, a.length) < std::tuple(b.entry, b.crack, -b.fraction, b.length);
   });
   std::size_t kept = 0;
-  for (std::size_t n = 0, next; n < out.size(); n = next) {
+  for (std::size_t n = 0, next = 0; n < out.size(); n = next) {
     Crossing crossing = out[n];
     for (next = n + 1; next < out.size(); ++next) {
       const Crossing& other = out[next];

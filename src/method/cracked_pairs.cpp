@@ -78,7 +78,7 @@ using CutPairs = std::vector<std::array<std::vector<CutPair>, 2>>;
 CutPairs cut(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbours,
              std::span<const Crossing> crossings, std::span<double> G) {
   CutPairs pairs(cracks.all().size());
-  for (std::size_t n = 0, next; n < crossings.size(); n = next) {
+  for (std::size_t n = 0, next = 0; n < crossings.size(); n = next) {
     const std::int64_t entry = crossings[n].entry;
     const double whole = G[entry];
     const Crossing* faced = nullptr;
@@ -194,7 +194,7 @@ std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, Mirror
   const std::size_t before = neighbours.column.size();
   auto sites = std::make_unique<PairSites>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
   const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - sites->neighbours().column.size()));
-  report["cut_pairs"] = static_cast<double>(cut / 2);
+  report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());
   if (rank_of(cloud.comm) == 0 && cracks.moved() > 0)
     spdlog::info(

@@ -23,7 +23,7 @@ void fill_in_blocks(PC preconditioner, int levels) {
   PetscInt count = 0;
   PCBJacobiGetSubKSP(preconditioner, &count, nullptr, &blocks);
   for (PetscInt b = 0; b < count; ++b) {
-    PC block;
+    PC block = nullptr;
     KSPGetPC(blocks[b], &block);
     PCSetType(block, PCILU);
     PCFactorSetLevels(block, levels);
@@ -60,7 +60,7 @@ PointValues::PointValues(const Cloud& cloud, const SparseRows& phi) : cloud_(clo
   if (cloud.count <= most_rows_for_direct(cloud)) {
     factorise();
   } else {
-    PC preconditioner;
+    PC preconditioner = nullptr;
     KSPGetPC(solver_, &preconditioner);
     KSPSetType(solver_, KSPGMRES);
     KSPGMRESSetRestart(solver_, 60);
@@ -72,7 +72,7 @@ PointValues::PointValues(const Cloud& cloud, const SparseRows& phi) : cloud_(clo
 
 void PointValues::factorise() {
   is_direct_ = true;
-  PC preconditioner;
+  PC preconditioner = nullptr;
   KSPGetPC(solver_, &preconditioner);
   KSPSetType(solver_, KSPPREONLY);
   PCSetType(preconditioner, PCLU);
