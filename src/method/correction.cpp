@@ -18,7 +18,8 @@ constexpr int most_solves = 6;
 constexpr double exactly = 1e-12, roughly = 1e-2;
 constexpr double floor_of_clip = 0.02;
 /// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
-/// little. More would lower the error further; so many cost nothing, for the last solution is near by then.
+/// little. More would lower the error further; so many cost nothing in the plane and a fifth of the time in space, for
+/// the last solution is near by then.
 constexpr int fits = 5;
 
 double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G) {

@@ -97,16 +97,13 @@ MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces,
   const std::size_t with_slope = places.size();
   if (cells) places.insert(places.end(), cells->x.begin(), cells->x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
-  const std::vector<double> R_first = support_radii(cloud, o.support);
-  std::vector<double> R = R_first;
-  const auto shapes = shape_rows(cloud, o.mls, o.support, R, places, along);
-  report.supports = report_of(cloud, R_first, R);
+  const auto shapes = shape_rows(cloud, o.mls, o.support, places, along, report.supports);
   MlpgRows rows{.flux = {},
                 .conduction = places_of(cloud, faces),
                 .cells = std::move(cells),
                 .value = {},
                 .subdomains = std::move(subdomains),
-                .shapes = {o.mls, o.support, std::move(R)}};
+                .shapes = {o.mls, o.support, report.supports.R}};
   for (std::size_t q = 0; q < faces.size(); ++q) {
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);

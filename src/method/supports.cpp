@@ -23,6 +23,31 @@ double mean(std::span<const double> v) {
   return v.empty() ? 1 : sum / static_cast<double>(v.size());
 }
 
+std::vector<double> radii(const Cloud& cloud, const SupportSize& size) {
+  std::vector<double> R(cloud.local());
+  if (size.neighbours == 0) {
+    for (int j = 0; j < cloud.local(); ++j) R[j] = size.spacings * cloud.spacing[j];
+    return R;
+  }
+  const Supports search(cloud, std::vector<double>(cloud.local(), 0.0));
+  together(cloud.comm, [&] {
+    for (int j = 0; j < cloud.owned; ++j) {
+      const double reach = size.limit() * cloud.spacing[j] / beyond_counted;
+      const auto near = search.nearest(cloud.x[j], size.neighbours + 1, reach);  // the first is j itself
+      if (static_cast<int>(near.size()) <= size.neighbours)
+        throw Error(
+            Fault::bad_case,
+            fmt::format("point {} at ({:.6g}, {:.6g}, {:.6g}) m has {} neighbours within {:.3g} spacings, not {}",
+                        cloud.id[j], cloud.x[j].x, cloud.x[j].y, cloud.x[j].z, near.size() - 1,
+                        reach / cloud.spacing[j], size.neighbours),
+            "ask for fewer [mlpg] neighbours, or give the support in spacings");
+      R[j] = beyond_counted * norm(cloud.x[near.back()] - cloud.x[j]);
+    }
+  });
+  cloud.halo.update(std::span<double>(R));
+  return R;
+}
+
 /// Gathers the points around a place for the fit.
 class Gathered {
  public:
@@ -145,37 +170,18 @@ std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, double rea
   return points;
 }
 
-std::vector<double> support_radii(const Cloud& cloud, const SupportSize& size) {
-  std::vector<double> R(cloud.local());
-  if (size.neighbours == 0) {
-    for (int j = 0; j < cloud.local(); ++j) R[j] = size.spacings * cloud.spacing[j];
-    return R;
-  }
-  const Supports search(cloud, std::vector<double>(cloud.local(), 0.0));
-  together(cloud.comm, [&] {
-    for (int j = 0; j < cloud.owned; ++j) {
-      const double reach = size.limit() * cloud.spacing[j] / beyond_counted;
-      const auto near = search.nearest(cloud.x[j], size.neighbours + 1, reach);  // the first is j itself
-      if (static_cast<int>(near.size()) <= size.neighbours)
-        throw Error(
-            Fault::bad_case,
-            fmt::format("point {} at ({:.6g}, {:.6g}, {:.6g}) m has {} neighbours within {:.3g} spacings, not {}",
-                        cloud.id[j], cloud.x[j].x, cloud.x[j].y, cloud.x[j].z, near.size() - 1,
-                        reach / cloud.spacing[j], size.neighbours),
-            "ask for fewer [mlpg] neighbours, or give the support in spacings");
-      R[j] = beyond_counted * norm(cloud.x[near.back()] - cloud.x[j]);
-    }
-  });
-  cloud.halo.update(std::span<double>(R));
-  return R;
-}
-
 ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size,
                      std::span<const Vec3> places, std::span<const Vec3> along, SupportReport& report) {
-  const std::vector<double> R_first = support_radii(cloud, size);
-  std::vector<double> R = R_first;
+  const std::vector<double> R_first = radii(cloud, size);
+  report = {.R = R_first};
+  std::vector<double>& R = report.R;
   ShapeRows rows = shape_rows(cloud, mls, size, R, places, along);
-  report = report_of(cloud, R_first, R);
+  for (int j = 0; j < cloud.owned; ++j) {
+    report.enlarged += R[j] > R_first[j];
+    report.largest = std::max(report.largest, R[j] / cloud.spacing[j]);
+  }
+  report.enlarged = total(cloud.comm, report.enlarged);
+  report.largest = max(cloud.comm, report.largest);
   return rows;
 }
 
@@ -205,17 +211,6 @@ ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const Su
     supports.set_radius(R);
   }
   return rows;
-}
-
-SupportReport report_of(const Cloud& cloud, std::span<const double> R_first, std::span<const double> R) {
-  SupportReport report;
-  for (int j = 0; j < cloud.owned; ++j) {
-    report.enlarged += R[j] > R_first[j];
-    report.largest = std::max(report.largest, R[j] / cloud.spacing[j]);
-  }
-  report.enlarged = total(cloud.comm, report.enlarged);
-  report.largest = max(cloud.comm, report.largest);
-  return report;
 }
 
 }  // namespace calor

@@ -61,6 +61,7 @@ class Supports {
 struct SupportReport {
   std::int64_t enlarged = 0;  ///< points whose support was enlarged
   double largest = 0;         ///< radius over spacing
+  std::vector<double> R;      ///< radii of all local points, m
 };
 
 /// Rows of shape functions at `places`, every one within a spacing of an owned point of this rank; the first rows with
@@ -70,13 +71,8 @@ struct SupportReport {
 ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size,
                      std::span<const Vec3> places, std::span<const Vec3> along, SupportReport& report);
 
-/// Radii of all local points before anything is enlarged, m. Collective; throws Error where a point has too few
-/// neighbours to count.
-std::vector<double> support_radii(const Cloud& cloud, const SupportSize& size);
-
 /// The same from radii R, which are enlarged.
 ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size, std::vector<double>& R,
                      std::span<const Vec3> places, std::span<const Vec3> along);
-SupportReport report_of(const Cloud& cloud, std::span<const double> R_first, std::span<const double> R);
 
 }  // namespace calor
