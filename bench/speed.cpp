@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/model.hpp"
-#include "method/pair_sites.hpp"
+#include "conduction/pair_sites.hpp"
 
 namespace {
 

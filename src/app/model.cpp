@@ -19,7 +19,7 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   double driving_sum = 0, driving_count = 0;
   const auto see = [&](double T) { low = std::min(low, T), high = std::max(high, T); };
   const auto see_driving = [&](double T) { see(T), driving_sum += T, driving_count += 1; };
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     for (const SurfaceTerm& term : conditions.fluxes)
       for (double T : term.flux->ambient(term.x, 0)) see_driving(T);
     for (const PrescribedTerm& term : conditions.temperatures) {
@@ -76,9 +76,9 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Method& method = chosen_method(c);
   const bool steady = is_steady(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
-  const Place cloud_place = c.section("cloud").place(c.section("cloud").has("file") ? "file" : "shape");
+  const SourceLocation cloud_location = c.section("cloud").location(c.section("cloud").has("file") ? "file" : "shape");
   const Support reach = method.reach(c);
-  located(cloud_place,
+  located(cloud_location,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, reach)); }); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
@@ -100,13 +100,15 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 
   std::unique_ptr<FluxSites> sites;
   SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
-  located(cloud_place, [&] {
+  located(cloud_location, [&] {
     phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, material.points, m.weights); });
   });
   if (const CellSamples* subdomains = sites->subdomains())
     for (const auto& source : sources) source->integrate_over(*subdomains);
-  if (const Places* at = sites->conduction_places()) material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
-  if (const Places* at = sites->capacity_places()) material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
+  if (const QuadraturePoints* at = sites->conduction_quadrature())
+    material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
+  if (const QuadraturePoints* at = sites->capacity_quadrature())
+    material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
   if (const double negative = number(m.weights, "negative_weights"); negative > 0)
     m.notes.push_back(
         fmt::format("{:g} of {:g} weights of pairs are negative, the lowest {:.2g} times the mean: temperatures may "
@@ -128,7 +130,7 @@ Start start(const Model& m) {
     s.E_before_walls = s.state.E;
     system.impose(0, s.state.T, s.state.E, s.state.exchanged);
     const std::span<const double> T = system.values(s.state.T);
-    together(m.cloud->comm, [&] {
+    collective_try(m.cloud->comm, [&] {
       std::vector<double> value(T.size());
       system.material().conductivity(0, T, value, {});
       system.material().enthalpy(T, {}, value);
@@ -136,7 +138,7 @@ Start start(const Model& m) {
     return s;
   } catch (const Error& e) {
     if (e.fault() != Fault::numbers) throw;
-    throw Error(Fault::bad_case, e.place(), e.problem(), e.cure());  // nothing has run: the case itself is wrong
+    throw Error(Fault::bad_case, e.location(), e.problem(), e.cure());  // nothing has run: the case itself is wrong
   }
 }
 

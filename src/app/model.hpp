@@ -5,7 +5,7 @@
 
 #include "case/case.hpp"
 #include "cloud/cloud.hpp"
-#include "method/method.hpp"
+#include "conduction/method.hpp"
 #include "output/phases.hpp"
 #include "output/probes.hpp"
 #include "solve/heat_system.hpp"

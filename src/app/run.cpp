@@ -52,7 +52,7 @@ void write_fields(FieldWriter& writer, const HeatSystem& system, State& state, c
   const std::vector<std::string> ingredients = system.material().ingredients();
   std::vector<double> k(n), rho_c(n);
   std::vector<std::vector<double>> fractions(ingredients.size() > 1 ? ingredients.size() : 0, std::vector<double>(n));
-  together(system.cloud().comm, [&] {
+  collective_try(system.cloud().comm, [&] {
     system.material().conductivity(state.t, T, k, {});
     system.material().enthalpy(T, {}, rho_c);
     for (std::size_t m = 0; m < fractions.size(); ++m) system.material().volume_fraction(ingredients[m], fractions[m]);
@@ -138,7 +138,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     if (output.has("every"))
       for (long n = 1; n * output.number("every") < end; ++n) shown.insert(timeline.add(n * output.number("every")));
     for (double t : expectations.times()) timeline.add(t);
-    for (double t : system.breaks()) timeline.add(t);
+    for (double t : system.events()) timeline.add(t);
     const std::set<double>& stops = timeline.times();
 
     const double sample_every = end / static_cast<double>(output.integer("samples"));

@@ -29,20 +29,20 @@ CsvColumn parse_column(std::string_view head) {
 
 }  // namespace
 
-CsvReader::CsvReader(const std::string& path, const Place& named, int part, int parts)
+CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int part, int parts)
     : path_(path), in_(path, std::ios::binary) {
   in_.seekg(0, std::ios::end);
   const std::int64_t size = in_ ? static_cast<std::int64_t>(in_.tellg()) : -1;
   // A folder opens too; its size is no size.
   if (size < 0 || size == std::numeric_limits<std::int64_t>::max())
     throw named.file.empty()
-        ? Error(Fault::file, Place{.file = path_}, "cannot be read", "check the name and the permissions")
+        ? Error(Fault::file, SourceLocation{.file = path_}, "cannot be read", "check the name and the permissions")
         : Error(Fault::file, named, fmt::format("the file \"{}\" cannot be read", path_),
                 "check the name and the permissions");
   in_.seekg(0);
   end_ = size;
   if (!next_line())
-    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, "the file is empty",
+    throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, "the file is empty",
                 "the first line names the columns: x [m],T [K]");
   if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
   split();
@@ -51,7 +51,7 @@ CsvReader::CsvReader(const std::string& path, const Place& named, int part, int 
   offset_.assign(columns_.size(), 0);
   const std::int64_t rows = after_;
   if (!next_line())
-    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, "the file has a header but no rows",
+    throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, "the file has a header but no rows",
                 "add rows of numbers");
 
   const std::int64_t begin = rows + (size - rows) * part / parts;
@@ -79,7 +79,7 @@ int CsvReader::require(const std::string& name, const std::string& si_unit, bool
   if (c < 0) {
     std::vector<std::string> names;
     for (const auto& column : columns_) names.push_back("'" + column.name + "'");
-    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, fmt::format("there is no column '{}'", name),
+    throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, fmt::format("there is no column '{}'", name),
                 fmt::format("the columns are {}; the header of this one is '{}{}'", fmt::join(names, ", "), name,
                             si_unit.empty() ? "" : " [" + si_unit + "]"));
   }
@@ -91,7 +91,8 @@ int CsvReader::require(const std::string& name, const std::string& si_unit, bool
     offset_[c] = convert(0, columns_[c].unit, si_unit);
     scale_[c] = difference ? convert(1, columns_[c].unit, si_unit) : difference_to_si(1, columns_[c].unit, si_unit);
   } catch (const std::invalid_argument& e) {
-    throw Error(Fault::bad_case, Place{.file = path_, .line = 1}, fmt::format("column '{}': {}", name, e.what()),
+    throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1},
+                fmt::format("column '{}': {}", name, e.what()),
                 si_unit.empty()
                     ? fmt::format("write '{}' in the header", name)
                     : fmt::format("write '{} [{}]' in the header, or another unit of that dimension", name, si_unit));
@@ -103,7 +104,7 @@ bool CsvReader::next() {
   if (!next_line()) return false;
   split();
   if (cells_.size() != columns_.size())
-    throw Error(Fault::bad_case, place(),
+    throw Error(Fault::bad_case, location(),
                 fmt::format("the row has {} cells, the header has {}", cells_.size(), columns_.size()),
                 "write one cell a column, separated by commas");
   return true;
@@ -115,11 +116,11 @@ double CsvReader::number(int column) const {
   double value = 0;
   const auto [end, fault] = std::from_chars(s.data(), s.data() + s.size(), value);
   if (s.empty() || fault != std::errc{} || end != s.data() + s.size())
-    throw Error(Fault::bad_case, place(column),
+    throw Error(Fault::bad_case, location(column),
                 fmt::format("'{}' in column '{}' is not a number", cells_[column], columns_[column].name),
                 "write a number such as 1.5 or 2e-3");
   if (!std::isfinite(value))
-    throw Error(Fault::bad_case, place(column),
+    throw Error(Fault::bad_case, location(column),
                 fmt::format("'{}' in column '{}' is not finite", cells_[column], columns_[column].name),
                 "write a finite number, or leave the row out");
   return offset_[column] + scale_[column] * value;
@@ -130,13 +131,13 @@ std::int64_t CsvReader::integer(int column) const {
   std::int64_t value = 0;
   const auto [end, fault] = std::from_chars(s.data(), s.data() + s.size(), value);
   if (s.empty() || fault != std::errc{} || end != s.data() + s.size())
-    throw Error(Fault::bad_case, place(column),
+    throw Error(Fault::bad_case, location(column),
                 fmt::format("'{}' in column '{}' is not a whole number", s, columns_[column].name),
                 "write a whole number");
   return value;
 }
 
-Place CsvReader::place() const {
+SourceLocation CsvReader::location() const {
   // Counted only when somebody asks: a part in the middle of a file does not know how many lines came before it.
   std::ifstream again(path_, std::ios::binary);
   std::string line;
@@ -147,8 +148,8 @@ Place CsvReader::place() const {
   return {.file = path_, .line = count};
 }
 
-Place CsvReader::place(int column) const {
-  Place p = place();
+SourceLocation CsvReader::location(int column) const {
+  SourceLocation p = location();
   p.column = static_cast<int>(cells_[column].data() - line_.data()) + 1;
   return p;
 }

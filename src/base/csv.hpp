@@ -20,7 +20,7 @@ class CsvReader {
   /// Reads part `part` of `parts` of the rows (split by bytes: every row belongs to exactly one part, in order).
   /// Throws Error(file) when the file cannot be read, at `named`, where the case names it, if that is known;
   /// Error(bad_case) when it has no header or no rows at all.
-  explicit CsvReader(const std::string& path, const Place& named = {}, int part = 0, int parts = 1);
+  explicit CsvReader(const std::string& path, const SourceLocation& named = {}, int part = 0, int parts = 1);
 
   const std::vector<CsvColumn>& columns() const { return columns_; }
   /// Index of a column, -1 where there is none.
@@ -38,9 +38,9 @@ class CsvReader {
   std::int64_t integer(int column) const;
 
   const std::string& path() const { return path_; }
-  /// Place of the current row, or of a cell in it.
-  Place place() const;
-  Place place(int column) const;
+  /// SourceLocation of the current row, or of a cell in it.
+  SourceLocation location() const;
+  SourceLocation location(int column) const;
 
  private:
   bool next_line();

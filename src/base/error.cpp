@@ -3,8 +3,8 @@
 namespace calor {
 namespace {
 
-std::string message(const Place& place, const std::string& problem, const std::string& cure) {
-  std::string text = place.text();
+std::string message(const SourceLocation& location, const std::string& problem, const std::string& cure) {
+  std::string text = location.text();
   if (!text.empty()) text += ": ";
   text += problem;
   if (!cure.empty()) text += ": " + cure;
@@ -13,7 +13,7 @@ std::string message(const Place& place, const std::string& problem, const std::s
 
 }  // namespace
 
-std::string Place::text() const {
+std::string SourceLocation::text() const {
   std::string text = file;
   if (line == 0) return text;
   if (!text.empty()) text += ':';
@@ -22,14 +22,14 @@ std::string Place::text() const {
   return text;
 }
 
-Error::Error(Fault fault, Place place, std::string what, std::string cure)
-    : std::runtime_error(message(place, what, cure)),
+Error::Error(Fault fault, SourceLocation location, std::string what, std::string cure)
+    : std::runtime_error(message(location, what, cure)),
       fault_(fault),
-      place_(std::move(place)),
+      location_(std::move(location)),
       problem_(std::move(what)),
       cure_(std::move(cure)) {}
 
 Error::Error(Fault fault, std::string what, std::string cure)
-    : Error(fault, Place{}, std::move(what), std::move(cure)) {}
+    : Error(fault, SourceLocation{}, std::move(what), std::move(cure)) {}
 
 }  // namespace calor

@@ -9,7 +9,7 @@ namespace calor {
 enum class Fault { command = 2, bad_case = 3, file = 4, numbers = 5 };
 
 /// A place in a file; line and column count from 1, 0 means unknown.
-struct Place {
+struct SourceLocation {
   std::string file;
   int line = 0;
   int column = 0;
@@ -22,28 +22,28 @@ struct Place {
 /// [material.steel]: did you mean 'conductivity'?`
 class Error : public std::runtime_error {
  public:
-  Error(Fault fault, Place place, std::string what, std::string cure);
+  Error(Fault fault, SourceLocation location, std::string what, std::string cure);
   Error(Fault fault, std::string what, std::string cure);
 
   Fault fault() const { return fault_; }
-  const Place& place() const { return place_; }
+  const SourceLocation& location() const { return location_; }
   const std::string& problem() const { return problem_; }
   const std::string& cure() const { return cure_; }
 
  private:
   Fault fault_;
-  Place place_;
+  SourceLocation location_;
   std::string problem_, cure_;
 };
 
 /// Calls `work`. An Error that it throws without a place gets this one.
 template <class Work>
-auto located(const Place& place, const Work& work) {
+auto located(const SourceLocation& location, const Work& work) {
   try {
     return work();
   } catch (const Error& e) {
-    if (!e.place().file.empty()) throw;
-    throw Error(e.fault(), place, e.problem(), e.cure());
+    if (!e.location().file.empty()) throw;
+    throw Error(e.fault(), location, e.problem(), e.cure());
   }
 }
 

@@ -41,8 +41,8 @@ std::string listed(const std::vector<std::string>& names) {
 /// What muparser would take silently, or refuse without saying what is known.
 class Reader {
  public:
-  Reader(const std::string& expression, const mu::Parser& parser, const Place& place)
-      : text_(expression), parser_(parser), place_(place) {}
+  Reader(const std::string& expression, const mu::Parser& parser, const SourceLocation& location)
+      : text_(expression), parser_(parser), location_(location) {}
 
   void check() const {
     std::vector<bool> call;  // one entry for each open parenthesis: is it a function's?
@@ -75,7 +75,7 @@ class Reader {
   }
 
   [[noreturn]] void refuse(std::size_t position, const std::string& what, const std::string& cure) const {
-    throw Error(Fault::bad_case, place_, fmt::format("formula '{}': {} (character {})", text_, what, position + 1),
+    throw Error(Fault::bad_case, location_, fmt::format("formula '{}': {} (character {})", text_, what, position + 1),
                 cure);
   }
 
@@ -120,7 +120,7 @@ class Reader {
 
   const std::string& text_;
   const mu::Parser& parser_;
-  const Place& place_;
+  const SourceLocation& location_;
 };
 
 /// muparser's sentence to go on after ours.
@@ -137,7 +137,7 @@ Formula::Scale Formula::scale(const std::string& unit, const std::string& si) {
 }
 
 Formula::Formula(std::string expression, const FormulaUnits& units, const std::map<std::string, double>& parameters,
-                 const Place& place)
+                 const SourceLocation& location)
     : expression_(std::move(expression)) {
   try {
     value_ = scale(units.value, units.si);
@@ -145,7 +145,7 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
     time_ = scale(units.time, "s");
     temperature_ = scale(units.temperature, "K");
   } catch (const std::invalid_argument& e) {
-    throw Error(Fault::bad_case, place, fmt::format("formula '{}': {}", expression_, e.what()), "correct the unit");
+    throw Error(Fault::bad_case, location, fmt::format("formula '{}': {}", expression_, e.what()), "correct the unit");
   }
 
   define_functions(parser_);
@@ -156,25 +156,25 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
   parser_.DefineConst("e", std::numbers::e);
   for (const auto& [name, value] : parameters) {
     if (parser_.GetVar().contains(name) || parser_.GetConst().contains(name) || parser_.GetFunDef().contains(name)) {
-      throw Error(Fault::bad_case, place, fmt::format("the parameter '{}' hides a name that formulas know", name),
+      throw Error(Fault::bad_case, location, fmt::format("the parameter '{}' hides a name that formulas know", name),
                   "give it another name");
     }
     try {
       parser_.DefineConst(name, value);
     } catch (const mu::ParserError&) {
-      throw Error(Fault::bad_case, place, fmt::format("the parameter '{}' cannot be used in formulas", name),
+      throw Error(Fault::bad_case, location, fmt::format("the parameter '{}' cannot be used in formulas", name),
                   "name it with letters, digits and '_' only");
     }
   }
 
-  const Reader reader(expression_, parser_, place);
+  const Reader reader(expression_, parser_, location);
   reader.check();
   try {
     parser_.SetExpr(expression_);
     for (const auto& [name, address] : parser_.GetUsedVar()) used_.emplace(name, address);
     parser_.Eval();  // compiles
   } catch (const mu::ParserError& e) {
-    throw Error(Fault::bad_case, place, fmt::format("formula '{}': {}", expression_, plain(e.GetMsg())),
+    throw Error(Fault::bad_case, location, fmt::format("formula '{}': {}", expression_, plain(e.GetMsg())),
                 "check operators, arguments and parentheses");
   }
 }

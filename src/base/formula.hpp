@@ -16,7 +16,7 @@ class Formula {
  public:
   /// Throws Error(bad_case, place) for everything that is not one arithmetic expression of known symbols.
   Formula(std::string expression, const FormulaUnits& units, const std::map<std::string, double>& parameters,
-          const Place& place);
+          const SourceLocation& location);
   Formula(const Formula&) = delete;  // the parser points to the variables
 
   /// Value in SI of arguments in SI. Not finite where the formula is not.

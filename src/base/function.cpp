@@ -12,7 +12,7 @@ namespace calor {
 
 /// The ways to give a function; asked for whole arrays, so that the virtual call costs nothing.
 struct Function::Kind {
-  Kind(Dependence on, Place place) : on(on), place(std::move(place)) {}
+  Kind(Dependence on, SourceLocation location) : on(on), location(std::move(location)) {}
   virtual ~Kind() = default;
   virtual void evaluate(const Arguments& args, std::span<double> out) const = 0;
   virtual void derivative(const Arguments& args, std::span<double> out) const;
@@ -22,7 +22,7 @@ struct Function::Kind {
   virtual Fault fault() const { return Fault::bad_case; }  ///< of a value that is not finite
 
   Dependence on;
-  Place place;
+  SourceLocation location;
 };
 
 void Function::Kind::derivative(const Arguments& args, std::span<double> out) const {
@@ -57,7 +57,7 @@ namespace {
 
 class Constant final : public Function::Kind {
  public:
-  Constant(double value, const Place& place) : Kind({}, place), value_(value) {}
+  Constant(double value, const SourceLocation& location) : Kind({}, location), value_(value) {}
   void evaluate(const Arguments&, std::span<double> out) const override { std::fill(out.begin(), out.end(), value_); }
 
  private:
@@ -66,11 +66,11 @@ class Constant final : public Function::Kind {
 
 class OfPlaceTimeTemperature final : public Function::Kind {
  public:
-  OfPlaceTimeTemperature(std::unique_ptr<Formula> formula, const Place& place)
+  OfPlaceTimeTemperature(std::unique_ptr<Formula> formula, const SourceLocation& location)
       : Kind({.place = formula->uses("x") || formula->uses("y") || formula->uses("z") || formula->uses("r"),
               .time = formula->uses("t"),
               .temperature = formula->uses("T")},
-             place),
+             location),
         formula_(std::move(formula)) {}
 
   void evaluate(const Arguments& args, std::span<double> out) const override {
@@ -86,8 +86,8 @@ class OfPlaceTimeTemperature final : public Function::Kind {
 
 class OfTemperature final : public Function::Kind {
  public:
-  OfTemperature(Curve curve, const Place& place)
-      : Kind({.temperature = !curve.is_constant()}, place), curve_(std::move(curve)) {}
+  OfTemperature(Curve curve, const SourceLocation& location)
+      : Kind({.temperature = !curve.is_constant()}, location), curve_(std::move(curve)) {}
   void evaluate(const Arguments& args, std::span<double> out) const override {
     if (on.temperature) return curve_.values(args.T, out);
     std::fill(out.begin(), out.end(), curve_.value(0));
@@ -102,7 +102,8 @@ class OfTemperature final : public Function::Kind {
 
 class OfTime final : public Function::Kind {
  public:
-  OfTime(Curve curve, const Place& place) : Kind({.time = !curve.is_constant()}, place), curve_(std::move(curve)) {}
+  OfTime(Curve curve, const SourceLocation& location)
+      : Kind({.time = !curve.is_constant()}, location), curve_(std::move(curve)) {}
   void evaluate(const Arguments& args, std::span<double> out) const override {
     std::fill(out.begin(), out.end(), curve_.value(args.t));
   }
@@ -114,16 +115,17 @@ class OfTime final : public Function::Kind {
 
 class Layers final : public Function::Kind {
  public:
-  Layers(int axis, double start, const std::vector<double>& thickness, std::vector<double> values, const Place& place)
-      : Kind({.place = true}, place), axis_(axis), values_(std::move(values)), faces_{start} {
+  Layers(int axis, double start, const std::vector<double>& thickness, std::vector<double> values,
+         const SourceLocation& location)
+      : Kind({.place = true}, location), axis_(axis), values_(std::move(values)), faces_{start} {
     if (thickness.empty() || thickness.size() != values_.size()) {
-      throw Error(Fault::bad_case, place,
+      throw Error(Fault::bad_case, location,
                   fmt::format("{} layers have {} thicknesses", values_.size(), thickness.size()),
                   "give one thickness a layer");
     }
     for (const double d : thickness) {
       if (!(d > 0 && std::isfinite(d))) {
-        throw Error(Fault::bad_case, place, fmt::format("a layer is {} m thick", d), "give a positive thickness");
+        throw Error(Fault::bad_case, location, fmt::format("a layer is {} m thick", d), "give a positive thickness");
       }
       faces_.push_back(faces_.back() + d);
     }
@@ -140,7 +142,7 @@ class Layers final : public Function::Kind {
   double at(double s) const {
     if (!(s >= faces_.front() - tolerance_ && s <= faces_.back() + tolerance_)) {
       const char axis = "xyz"[axis_];
-      throw Error(Fault::bad_case, place,
+      throw Error(Fault::bad_case, location,
                   fmt::format("the layers reach from {0} = {1:.6g} m to {2:.6g} m, but a point lies at {0} = {3:.6g} m",
                               axis, faces_.front(), faces_.back(), s),
                   "let the layers fill the body: check their number, thickness and start");
@@ -160,8 +162,8 @@ class Layers final : public Function::Kind {
 
 class OfCoordinate final : public Function::Kind {
  public:
-  OfCoordinate(char axis, Profile profile, const Place& place)
-      : Kind({.place = true}, place), axis_(axis), profile_(std::move(profile)) {}
+  OfCoordinate(char axis, Profile profile, const SourceLocation& location)
+      : Kind({.place = true}, location), axis_(axis), profile_(std::move(profile)) {}
 
   void evaluate(const Arguments& args, std::span<double> out) const override {
     std::vector<double> coordinate(out.size());
@@ -200,7 +202,7 @@ void check_finite(const Function::Kind& kind, const Arguments& args, std::span<c
   if (i < args.T.size()) where += fmt::format(", T = {:.6g} K", args.T[i]);
   // A temperature that is not finite comes from the run, not from the case.
   const bool argument_finite = i >= args.T.size() || std::isfinite(args.T[i]);
-  throw Error(argument_finite ? kind.fault() : Fault::numbers, kind.place,
+  throw Error(argument_finite ? kind.fault() : Fault::numbers, kind.location,
               fmt::format("{}{} is {} at {}", kind.name(), what, std::isnan(*bad) ? NAN : *bad, where),
               argument_finite ? "a division by zero or a value out of range: make it finite there"
                               : "the temperatures went wrong before: look for the first point where they did");
@@ -218,37 +220,37 @@ Function::Function() : Function(constant(0)) {}
 
 Function::Function(std::shared_ptr<const Kind> kind) : kind_(std::move(kind)) {}
 
-Function Function::constant(double value, const Place& place) {
-  return Function(std::make_shared<Constant>(value, place));
+Function Function::constant(double value, const SourceLocation& location) {
+  return Function(std::make_shared<Constant>(value, location));
 }
 
 Function Function::formula(const std::string& expression, const FormulaUnits& units,
-                           const std::map<std::string, double>& parameters, const Place& place,
-                           std::vector<double> breaks) {
-  auto formula = std::make_unique<Formula>(expression, units, parameters, place);
-  Function function(std::make_shared<OfPlaceTimeTemperature>(std::move(formula), place));
-  function.breaks_ = sorted(std::move(breaks));
+                           const std::map<std::string, double>& parameters, const SourceLocation& location,
+                           std::vector<double> events) {
+  auto formula = std::make_unique<Formula>(expression, units, parameters, location);
+  Function function(std::make_shared<OfPlaceTimeTemperature>(std::move(formula), location));
+  function.events_ = sorted(std::move(events));
   return function;
 }
 
-Function Function::of_temperature(Curve curve, const Place& place) {
-  return Function(std::make_shared<OfTemperature>(std::move(curve), place));
+Function Function::of_temperature(Curve curve, const SourceLocation& location) {
+  return Function(std::make_shared<OfTemperature>(std::move(curve), location));
 }
 
-Function Function::of_time(Curve curve, const Place& place) {
-  std::vector<double> breaks = curve.kinks();
-  Function function(std::make_shared<OfTime>(std::move(curve), place));
-  function.breaks_ = std::move(breaks);
+Function Function::of_time(Curve curve, const SourceLocation& location) {
+  std::vector<double> events = curve.kinks();
+  Function function(std::make_shared<OfTime>(std::move(curve), location));
+  function.events_ = std::move(events);
   return function;
 }
 
 Function Function::layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
-                          const Place& place) {
-  return Function(std::make_shared<Layers>(axis, start, thickness, std::move(values), place));
+                          const SourceLocation& location) {
+  return Function(std::make_shared<Layers>(axis, start, thickness, std::move(values), location));
 }
 
-Function Function::of_coordinate(char axis, Profile profile, const Place& place) {
-  return Function(std::make_shared<OfCoordinate>(axis, std::move(profile), place));
+Function Function::of_coordinate(char axis, Profile profile, const SourceLocation& location) {
+  return Function(std::make_shared<OfCoordinate>(axis, std::move(profile), location));
 }
 
 Function Function::callback(std::function<void(const Arguments&, std::span<double>)> f, Dependence on) {
@@ -257,8 +259,8 @@ Function Function::callback(std::function<void(const Arguments&, std::span<doubl
 
 Function Function::with_breaks(std::vector<double> times) const {
   Function function = *this;
-  times.insert(times.end(), breaks_.begin(), breaks_.end());
-  function.breaks_ = sorted(std::move(times));
+  times.insert(times.end(), events_.begin(), events_.end());
+  function.events_ = sorted(std::move(times));
   return function;
 }
 
@@ -266,7 +268,7 @@ bool Function::depends_on_place() const { return kind_->on.place; }
 bool Function::depends_on_time() const { return kind_->on.time; }
 bool Function::depends_on_temperature() const { return kind_->on.temperature; }
 bool Function::is_layered() const { return kind_->layered(); }
-const Place& Function::place() const { return kind_->place; }
+const SourceLocation& Function::location() const { return kind_->location; }
 
 void Function::evaluate(const Arguments& args, std::span<double> out) const {
   if (out.size() != args.x.size() || (depends_on_temperature() && args.T.size() != out.size())) {

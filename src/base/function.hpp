@@ -34,20 +34,20 @@ struct FormulaUnits {
 class Function {
  public:
   Function();  ///< zero
-  static Function constant(double value, const Place& place = {});
+  static Function constant(double value, const SourceLocation& location = {});
   /// muparser expression in x, y, z, r, t, T, pi, e and named parameters. r = sqrt(x^2 + y^2); log is ln.
-  /// Throws Error(bad_case, place, ...) for syntax errors and unknown symbols. `breaks`: see breaks().
+  /// Throws Error(bad_case, place, ...) for syntax errors and unknown symbols. `events`: see events().
   static Function formula(const std::string& expression, const FormulaUnits& units,
-                          const std::map<std::string, double>& parameters = {}, const Place& place = {},
-                          std::vector<double> breaks = {});
-  static Function of_temperature(Curve curve, const Place& place = {});
-  static Function of_time(Curve curve, const Place& place = {});
+                          const std::map<std::string, double>& parameters = {}, const SourceLocation& location = {},
+                          std::vector<double> events = {});
+  static Function of_temperature(Curve curve, const SourceLocation& location = {});
+  static Function of_time(Curve curve, const SourceLocation& location = {});
   /// Constant in layers stacked along axis 0..2 from coordinate `start` upwards. At an interface (within 1e-9 of the
   /// thinnest layer) the mean of the two layers; a point outside all layers is an Error(bad_case) when evaluated.
   static Function layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
-                         const Place& place = {});
+                         const SourceLocation& location = {});
   /// Of one coordinate: 'x', 'y', 'z' or 'r' = sqrt(x^2 + y^2).
-  static Function of_coordinate(char axis, Profile profile, const Place& place = {});
+  static Function of_coordinate(char axis, Profile profile, const SourceLocation& location = {});
   /// For users of the library. `f` fills out[i] from the arguments; state what it depends on.
   struct Dependence {
     bool place = false, time = false, temperature = false;
@@ -74,15 +74,15 @@ class Function {
   /// f(T) as a curve over [lo, hi]; only for functions of temperature alone (or constants).
   Curve curve(double lo, double hi) const;
   /// Times at which a function of time jumps or has a kink, ascending: time steps land on them.
-  std::vector<double> breaks() const { return breaks_; }
-  const Place& place() const;
+  std::vector<double> events() const { return events_; }
+  const SourceLocation& location() const;
 
   struct Kind;
 
  private:
   explicit Function(std::shared_ptr<const Kind> kind);
   std::shared_ptr<const Kind> kind_;
-  std::vector<double> breaks_;
+  std::vector<double> events_;
 };
 
 }  // namespace calor

@@ -194,7 +194,7 @@ std::int64_t offset(MPI_Comm comm, std::int64_t value) {
   return rank_of(comm) == 0 ? 0 : before;  // MPI leaves it undefined on the first rank
 }
 
-void together(MPI_Comm comm, const std::function<void()>& work) {
+void collective_try(MPI_Comm comm, const std::function<void()>& work) {
   std::optional<Error> error;
   try {
     work();
@@ -210,12 +210,12 @@ void together(MPI_Comm comm, const std::function<void()>& work) {
   std::array<int, 3> numbers{};
   std::array<std::string, 3> texts;
   if (rank_of(comm) == root) {
-    numbers = {static_cast<int>(error->fault()), error->place().line, error->place().column};
-    texts = {error->place().file, error->problem(), error->cure()};
+    numbers = {static_cast<int>(error->fault()), error->location().line, error->location().column};
+    texts = {error->location().file, error->problem(), error->cure()};
   }
   MPI_Bcast(numbers.data(), 3, MPI_INT, root, comm);
   for (std::string& text : texts) broadcast(comm, root, text);
-  throw Error(static_cast<Fault>(numbers[0]), Place{texts[0], numbers[1], numbers[2]}, texts[1], texts[2]);
+  throw Error(static_cast<Fault>(numbers[0]), SourceLocation{texts[0], numbers[1], numbers[2]}, texts[1], texts[2]);
 }
 
 }  // namespace calor

@@ -30,6 +30,6 @@ std::int64_t offset(MPI_Comm comm, std::int64_t value);
 bool any(MPI_Comm comm, bool value);
 
 /// Runs work that may throw on some ranks only; where one rank throws, all throw the error of the lowest. Collective.
-void together(MPI_Comm comm, const std::function<void()>& work);
+void collective_try(MPI_Comm comm, const std::function<void()>& work);
 
 }  // namespace calor

@@ -27,7 +27,7 @@ struct BoundarySection {
   std::vector<char> in = {};  // `where` at the owned points; empty: true everywhere
 
   bool holds(int point) const { return in.empty() || in[point]; }
-  bool holds(const Patch& p) const { return faces >> p.face & 1 && holds(p.point); }
+  bool holds(const Facet& p) const { return faces >> p.face & 1 && holds(p.point); }
   std::string key() const { return table.has("where") ? "where" : table.has("on") ? "on" : ""; }
 };
 
@@ -97,7 +97,7 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
     if (s.faces != 0 && !s.prescribed && !cloud.has_areas && !s.insulated)
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
-    if (table.has("where")) together(cloud.comm, [&] { s.in = where(c, table, cloud.owned_points()); });
+    if (table.has("where")) collective_try(cloud.comm, [&] { s.in = where(c, table, cloud.owned_points()); });
     sections.push_back(std::move(s));
   }
   return sections;
@@ -122,19 +122,19 @@ std::vector<int> selected_points(const BoundarySection& s, const Cloud& cloud) {
 /// Two temperatures, or a temperature and anything else, on all of one face contradict each other.
 void refuse_contradictions(const std::vector<BoundarySection>& sections, const Cloud& cloud) {
   const std::size_t F = cloud.faces.size(), S = sections.size();
-  std::vector<std::int64_t> patches((S + 1) * F);  // of every section on every face; the last row counts all
-  for (const Patch& p : cloud.patches) {
-    for (std::size_t s = 0; s < S; ++s) patches[s * F + p.face] += sections[s].holds(p);
-    ++patches[S * F + p.face];
+  std::vector<std::int64_t> facets((S + 1) * F);  // of every section on every face; the last row counts all
+  for (const Facet& p : cloud.facets) {
+    for (std::size_t s = 0; s < S; ++s) facets[s * F + p.face] += sections[s].holds(p);
+    ++facets[S * F + p.face];
   }
-  add_up(cloud.comm, patches);
+  add_up(cloud.comm, facets);
   for (std::size_t b = 0; b < S; ++b) {
     for (std::size_t a = 0; a < b; ++a) {
       const bool clash =
           sections[a].prescribed || sections[b].prescribed || sections[a].insulated || sections[b].insulated;
       for (std::size_t f = 0; f < F && clash; ++f) {
-        const std::int64_t all = patches[S * F + f];
-        if (all == 0 || patches[a * F + f] < all || patches[b * F + f] < all) continue;
+        const std::int64_t all = facets[S * F + f];
+        if (all == 0 || facets[a * F + f] < all || facets[b * F + f] < all) continue;
         const auto says = [](const BoundarySection& s) {
           return s.prescribed ? "a temperature" : s.insulated ? "insulation" : "a heat flux";
         };
@@ -190,33 +190,33 @@ void share_points(Conditions& conditions, const Cloud& cloud) {
 }
 
 /// Where heat enters by a section.
-struct Pieces {
+struct Segments {
   std::vector<int> point;
   std::vector<double> area;
   std::vector<Vec3> x;
   bool is_plate;
 };
 
-Pieces wall_pieces(const BoundarySection& s, const Cloud& cloud) {
-  Pieces pieces{.point = {}, .area = {}, .x = {}, .is_plate = false};
-  for (const Patch& p : cloud.patches) {
+Segments wall_pieces(const BoundarySection& s, const Cloud& cloud) {
+  Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = false};
+  for (const Facet& p : cloud.facets) {
     if (!s.holds(p)) continue;
-    pieces.point.push_back(p.point);
-    pieces.area.push_back(p.area);
-    pieces.x.push_back(cloud.x[p.point]);
+    segments.point.push_back(p.point);
+    segments.area.push_back(p.area);
+    segments.x.push_back(cloud.x[p.point]);
   }
-  return pieces;
+  return segments;
 }
 
-Pieces plate_pieces(const BoundarySection& s, const Cloud& cloud) {
-  Pieces pieces{.point = {}, .area = {}, .x = {}, .is_plate = true};
+Segments plate_pieces(const BoundarySection& s, const Cloud& cloud) {
+  Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = true};
   for (int i = 0; i < cloud.owned; ++i) {
     if (!s.holds(i)) continue;
-    pieces.point.push_back(i);
-    pieces.area.push_back(s.plate * cloud.volume[i] / cloud.section);
-    pieces.x.push_back(cloud.x[i]);
+    segments.point.push_back(i);
+    segments.area.push_back(s.plate * cloud.volume[i] / cloud.cross_section);
+    segments.x.push_back(cloud.x[i]);
   }
-  return pieces;
+  return segments;
 }
 
 PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Cloud& cloud) {
@@ -232,12 +232,12 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
                    "use place and time only: x, y, z, r, t");
   for (const int i : term.point) term.x.push_back(cloud.x[i]);
   term.area.resize(term.point.size());
-  for (const Patch& p : cloud.patches) {
+  for (const Facet& p : cloud.facets) {
     const auto at = std::ranges::lower_bound(term.point, p.point);
     if (at != term.point.end() && *at == p.point && s.holds(p)) term.area[at - term.point.begin()] += p.area * p.normal;
   }
   if (!cloud.points_on_walls) {
-    for (const Patch& p : cloud.patches) {
+    for (const Facet& p : cloud.facets) {
       if (!s.holds(p)) continue;
       term.x.push_back(cloud.x[p.point]);
       term.x.back()[p.face / 2] = cloud.walls[p.face];
@@ -282,18 +282,18 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
       conditions.temperatures.push_back(make_prescribed(s, account, cloud));
       continue;
     }
-    std::vector<Pieces> pieces;
-    if (s.faces != 0) pieces.push_back(wall_pieces(s, cloud));
-    if (s.plate > 0) pieces.push_back(plate_pieces(s, cloud));
+    std::vector<Segments> segments;
+    if (s.faces != 0) segments.push_back(wall_pieces(s, cloud));
+    if (s.plate > 0) segments.push_back(plate_pieces(s, cloud));
     std::int64_t count = 0;
-    for (const Pieces& p : pieces) count += static_cast<std::int64_t>(p.point.size());
+    for (const Segments& p : segments) count += static_cast<std::int64_t>(p.point.size());
     if (total(cloud.comm, count) == 0) refuse_empty(s, "piece of the surface");
     for (const auto& kind : surface_flux_kinds()) {
       if (!s.table.has(kind.key)) continue;
-      for (const Pieces& p : pieces) {
+      for (const Segments& p : segments) {
         conditions.fluxes.push_back({s.name + "." + kind.key, account, nullptr, p.point, p.area, p.x, p.is_plate});
         SurfaceTerm& term = conditions.fluxes.back();
-        together(cloud.comm, [&] {
+        collective_try(cloud.comm, [&] {
           term.flux = kind.make(s.table, term.x);
           // What is wrong at the start is said before the run: at the temperature of the surroundings.
           std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());

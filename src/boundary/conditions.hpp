@@ -23,17 +23,17 @@ class SurfaceFlux {
   virtual bool depends_on_temperature() const = 0;  ///< false: q is prescribed
   virtual bool linear_in_temperature() const = 0;   ///< dq/dT does not depend on T
   virtual bool derivative_depends_on_time() const { return false; }
-  virtual std::vector<double> breaks() const = 0;
+  virtual std::vector<double> events() const = 0;
   /// Ambient temperatures at time t, for the range of temperatures to expect; empty for a plain flux.
   virtual std::vector<double> ambient(std::span<const Vec3> x, double t) const = 0;
 };
 
-/// One flux on a set of patches of this rank.
+/// One flux on a set of facets of this rank.
 struct SurfaceTerm {
   std::string name;  ///< "top.convection"
   int account;       ///< index into Conditions::accounts
   std::unique_ptr<SurfaceFlux> flux;
-  std::vector<int> point;    ///< owned points, one entry per patch
+  std::vector<int> point;    ///< owned points, one entry per facet
   std::vector<double> area;  ///< m^2
   std::vector<Vec3> x;
   bool is_plate = false;  ///< on the faces of a plate: the area is that of the cells, and heat goes into all of them
@@ -48,7 +48,7 @@ struct PrescribedTerm {
   std::vector<int> point;     ///< owned points, ascending
   std::vector<double> share;  ///< 1, or 1/2 where two meet, ...
   std::vector<Vec3> area;     ///< outward, of the wall that each of these points has here, m^2
-  std::vector<Vec3> x;        ///< of these points, or of the wall beside every patch of a cell-centred cloud
+  std::vector<Vec3> x;        ///< of these points, or of the wall beside every facet of a cell-centred cloud
 };
 
 /// Where a section of the case holds on plane walls, for methods that put mirror images beyond them.

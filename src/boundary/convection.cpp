@@ -25,7 +25,7 @@ class Convection final : public SurfaceFlux {
   bool depends_on_temperature() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
-  std::vector<double> breaks() const override { return breaks_of(h_, ambient_); }
+  std::vector<double> events() const override { return events_of(h_, ambient_); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:

@@ -17,7 +17,7 @@ class PrescribedFlux final : public SurfaceFlux {
   }
   bool depends_on_temperature() const override { return q_.function().depends_on_temperature(); }
   bool linear_in_temperature() const override { return !depends_on_temperature(); }
-  std::vector<double> breaks() const override { return q_.function().breaks(); }
+  std::vector<double> events() const override { return q_.function().events(); }
   std::vector<double> ambient(std::span<const Vec3>, double) const override { return {}; }
 
  private:

@@ -19,14 +19,14 @@ void check_range(std::span<const double> values, double low, double high, const 
     if (f.depends_on_temperature()) where += fmt::format(", T = {:.6g} K", args.T[i]);
     if (f.depends_on_time()) where += fmt::format(", t = {:.6g} s", args.t);
     const Fault fault = f.depends_on_temperature() || f.depends_on_time() ? Fault::numbers : Fault::bad_case;
-    throw Error(fault, f.place(),
+    throw Error(fault, f.location(),
                 fmt::format("the {} is {:.6g}{}{}", what, values[i], unit.empty() ? "" : " " + unit, where), cure);
   }
 }
 
-std::vector<double> breaks_of(const PointFunction& a, const PointFunction& b) {
-  auto all = a.function().breaks();
-  const auto more = b.function().breaks();
+std::vector<double> events_of(const PointFunction& a, const PointFunction& b) {
+  auto all = a.function().events();
+  const auto more = b.function().events();
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }

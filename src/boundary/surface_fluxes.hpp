@@ -13,7 +13,7 @@ namespace calor {
 struct SurfaceFluxKind {
   std::string key;  ///< in [boundary.*]
   void (*declare)(Schema& schema);
-  /// `boundary`: the table that holds the key; `x`: points of the patches, which must outlive the flux. What is asked
+  /// `boundary`: the table that holds the key; `x`: points of the facets, which must outlive the flux. What is asked
   /// at these points and depends on place alone is evaluated once. Throws Error(bad_case).
   std::unique_ptr<SurfaceFlux> (*make)(const Table& boundary, std::span<const Vec3> x);
 };
@@ -28,8 +28,8 @@ extern const SurfaceFluxKind prescribed_flux, convection, radiation;
 void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,
                  const std::string& what, const std::string& unit, const std::string& cure);
 
-/// The breaks in time of both.
-std::vector<double> breaks_of(const PointFunction& a, const PointFunction& b);
+/// The events in time of both.
+std::vector<double> events_of(const PointFunction& a, const PointFunction& b);
 
 /// f, a function of place and time, at the points x at time t.
 std::vector<double> values_of(const PointFunction& f, std::span<const Vec3> x, double t);

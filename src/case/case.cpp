@@ -29,7 +29,7 @@ std::map<std::string, double> read_parameters(const Value& root) {
   if (!section || !section->is_table()) return parameters;
   for (const Entry& entry : section->entries) {
     const auto refuse = [&](const std::string& what, const std::string& cure) {
-      throw Error(Fault::bad_case, entry.key_place, what, cure);
+      throw Error(Fault::bad_case, entry.key_location, what, cure);
     };
     const auto is_letter = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
     if (std::ranges::count(reserved, entry.key))
@@ -97,7 +97,7 @@ Case Case::read(const std::string& path, const std::vector<std::string>& overrid
   std::ostringstream text;
   if (in) text << in.rdbuf();
   if (!in || std::filesystem::is_directory(path))
-    throw Error(Fault::file, Place{.file = path}, "the case cannot be read", "check the name of the file");
+    throw Error(Fault::file, SourceLocation{.file = path}, "the case cannot be read", "check the name of the file");
   return parse(text.str(), path, overrides, keys);
 }
 
@@ -119,7 +119,7 @@ Case Case::parse(const std::string& text, const std::string& name, const std::ve
     chosen = change.value;
     const auto found = std::ranges::find(variants, chosen);
     if (found == variants.end())
-      throw Error(Fault::command, Place{.file = name}, fmt::format("there is no variant \"{}\"", chosen),
+      throw Error(Fault::command, SourceLocation{.file = name}, fmt::format("there is no variant \"{}\"", chosen),
                   variants.empty() ? "the case has no variants: leave variant= out"
                                    : fmt::format("the variants are {}", fmt::join(variants, ", ")));
     for (const Value& v : all_variants->list)
@@ -138,13 +138,13 @@ Case Case::parse(const std::string& text, const std::string& name, const std::ve
   auto node = std::make_shared<Table::Node>();
   node->root = std::make_shared<Value>(with_variant(written, variant));
   for (const Override& change : changes) {
-    const Place place{.file = fmt::format("command line ({})", change.path)};
-    set_path(*node->root, split_path(change.path), read_toml_value(change.value, place));
+    const SourceLocation location{.file = fmt::format("command line ({})", change.path)};
+    set_path(*node->root, split_path(change.path), read_toml_value(change.value, location));
   }
   check(*node->root);
   std::erase_if(node->root->entries, [](const Entry& entry) { return entry.key == "variant"; });
   node->value = node->root.get();
-  node->place = node->value->place;
+  node->location = node->value->location;
   node->context = context;
   node->schema = &keys;
   node->known = keys_of(keys, "", node->value);

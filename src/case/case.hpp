@@ -43,8 +43,8 @@ class Table {
   /// Array of tables ([[expect]]).
   std::vector<Table> list(const std::string& key) const;
 
-  /// Place of the key's value; of the table itself where the key is absent or empty.
-  Place place(const std::string& key = {}) const;
+  /// SourceLocation of the key's value; of the table itself where the key is absent or empty.
+  SourceLocation location(const std::string& key = {}) const;
   const std::string& path() const;  ///< "material.steel"
   /// A file named in the case, relative to the case file.
   std::string file(const std::string& key) const;

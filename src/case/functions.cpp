@@ -21,7 +21,7 @@ const Key temperature_unit{"temperature", Kind::text, "", "K", "Unit of the temp
 const Key unit_key{"unit", Kind::text, "", required, "Unit of the values."};
 const Key argument_key{"of", Kind::choice, "", optional, "What a table goes by.", {"temperature", "time"}};
 const Key interpolation_key{"interpolation", Kind::choice, "", "linear", "Between rows.", {"linear", "cubic"}};
-const Key breaks_key{"breaks", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
+const Key breaks_key{"events", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
 const Key along_key{"along", Kind::choice, "", required, "Axis across the layers.", {"x", "y", "z"}};
 const Key thickness_key{"thickness", Kind::quantities, "m", required, "Of all layers, or one a layer."};
 const Key start_key{"start", Kind::quantity, "m", "0 m", "Where the first layer begins."};
@@ -44,7 +44,7 @@ class Parts {
     for (const Entry& entry : table.entries) {
       if (std::ranges::count(known, entry.key)) continue;
       const std::string near = nearest(entry.key, known);
-      throw Error(Fault::bad_case, entry.key_place,
+      throw Error(Fault::bad_case, entry.key_location,
                   fmt::format("'{}' is not a key of {} = {{ {} = ... }}", entry.key, owner.name, form),
                   near.empty() ? fmt::format("its keys are {}", fmt::join(known, ", "))
                                : fmt::format("did you mean '{}'?", near));
@@ -59,7 +59,7 @@ class Parts {
     if (!has_fallback(key))
       refuse_value(table_, fmt::format("{} = {{ ... }} needs '{}'", owner_.name, key.name),
                    fmt::format("add {} = {}", key.name, wanted(key)));
-    return fallback_value(key, table_.place);
+    return fallback_value(key, table_.location);
   }
 
   /// A unit that converts to `si_unit`.
@@ -123,15 +123,15 @@ Function read_formula(const Parts& parts, const Context& context) {
                            .length = parts.unit(length_unit, "m"),
                            .time = parts.unit(time_unit, "s"),
                            .temperature = parts.unit(temperature_unit, "K")};
-  const Value* breaks = parts.find(breaks_key);
-  return Function::formula(expression, units, context.parameters, text.place,
-                           breaks ? read_numbers(*breaks, breaks_key) : std::vector<double>{});
+  const Value* events = parts.find(breaks_key);
+  return Function::formula(expression, units, context.parameters, text.location,
+                           events ? read_numbers(*events, breaks_key) : std::vector<double>{});
 }
 
-/// Rows of a table in SI; `places` where they stand.
+/// Rows of a table in SI; `locations`: where they stand.
 struct Rows {
   std::vector<double> x, y;
-  std::vector<Place> places;
+  std::vector<SourceLocation> locations;
 };
 
 /// What a table goes by.
@@ -186,7 +186,7 @@ Rows written_rows(const Parts& parts, const Argument& argument) {
           fmt::format("write [{}, value], the units go into '{}' and 'unit'", argument.name, argument.unit.name));
     rows.x.push_back(to_si(row.list[0].number, argument_unit, argument.si));
     rows.y.push_back(to_si(row.list[1].number, unit, parts.owner().unit));
-    rows.places.push_back(row.place);
+    rows.locations.push_back(row.location);
   }
   return rows;
 }
@@ -195,7 +195,7 @@ Rows written_rows(const Parts& parts, const Argument& argument) {
 Rows file_rows(const Parts& parts, Argument& argument, const Context& context) {
   const Value& name = *parts.table().find("file");
   const std::string file = read_text(name, {"file", Kind::text, "", required, ""});
-  CsvReader csv(context.path_of(file), name.place);
+  CsvReader csv(context.path_of(file), name.location);
   if (csv.columns().size() != 2)
     throw Error(Fault::bad_case, {.file = csv.path(), .line = 1},
                 fmt::format("the file has {} columns", csv.columns().size()),
@@ -215,7 +215,7 @@ Rows file_rows(const Parts& parts, Argument& argument, const Context& context) {
   while (csv.next()) {
     rows.x.push_back(csv.number(x));
     rows.y.push_back(csv.number(y));
-    rows.places.push_back(csv.place());
+    rows.locations.push_back(csv.location());
   }
   return rows;
 }
@@ -230,15 +230,16 @@ Function read_table(const Parts& parts, const Context& context) {
                  "a table needs at least two; write a single value as a number with its unit");
   for (std::size_t n = 1; n < rows.x.size(); ++n)
     if (!(rows.x[n] > rows.x[n - 1]))
-      throw Error(Fault::bad_case, rows.places[n],
+      throw Error(Fault::bad_case, rows.locations[n],
                   fmt::format("row {} of the table is not above row {}: {} after {} {}", n + 1, n, rows.x[n],
                               rows.x[n - 1], argument.si),
                   fmt::format("sort the rows by {}, each once", argument.name));
   const std::string how = read_text(parts.get(interpolation_key), interpolation_key);
   Curve curve = Curve::through(rows.x, rows.y, how == "cubic" ? Interpolation::cubic : Interpolation::linear);
-  if (argument.si == "m") return Function::of_coordinate(argument.name[0], curve_profile(std::move(curve)), at.place);
-  return argument.si == "K" ? Function::of_temperature(std::move(curve), at.place)
-                            : Function::of_time(std::move(curve), at.place);
+  if (argument.si == "m")
+    return Function::of_coordinate(argument.name[0], curve_profile(std::move(curve)), at.location);
+  return argument.si == "K" ? Function::of_temperature(std::move(curve), at.location)
+                            : Function::of_time(std::move(curve), at.location);
 }
 
 Function read_layers(const Parts& parts) {
@@ -258,7 +259,7 @@ Function read_layers(const Parts& parts) {
   if (std::ranges::any_of(thickness, [](double d) { return !(d > 0); }))
     refuse_value(written, "a layer's thickness is not positive", "write a thickness above 0 m");
   return Function::layers(along[0] - 'x', read_number(parts.get(start_key), start_key), std::move(thickness),
-                          std::move(values), parts.table().place);
+                          std::move(values), parts.table().location);
 }
 
 /// { power | exponential | hump = ..., along, from, to, ... }: laws of s = (coordinate - from)/(to - from).
@@ -274,7 +275,9 @@ Function read_law(const Parts& parts, const Key& form) {
     return std::pair(list.list[0], list.list[1]);
   };
   const Value& law = *parts.table().find(form.name);
-  const auto made = [&](Profile profile) { return Function::of_coordinate(along[0], std::move(profile), law.place); };
+  const auto made = [&](Profile profile) {
+    return Function::of_coordinate(along[0], std::move(profile), law.location);
+  };
 
   if (form.name == hump_key.name) {
     const auto [n, z] = pair(law, "write hump = [n, z] for factor s^n (1 - s)^z");
@@ -303,7 +306,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
     quantity.kind = Kind::quantity;
     if (value.type == Value::Type::list || value.type == Value::Type::flag || value.type == Value::Type::date)
       refuse_value(value, fmt::format("'{}' cannot be {}", key.name, value.described()), explained(key));
-    return Function::constant(read_number(value, quantity), value.place);
+    return Function::constant(read_number(value, quantity), value.location);
   }
   for (const std::string& form : key.choices)
     if (const Value* other = value.find(form)) {  // its owner reads it; here it is only checked
@@ -313,7 +316,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
     }
   const std::vector<std::string> table_keys{"of", "along", "unit", "temperature", "time", "length", "interpolation"};
   if (value.find("formula"))
-    return read_formula({value, key, "formula", {"unit", "length", "time", "temperature", "breaks"}}, context);
+    return read_formula({value, key, "formula", {"unit", "length", "time", "temperature", "events"}}, context);
   for (const Key* law : {&power_key, &exponential_key})
     if (value.find(law->name))
       return read_law({value, key, law->name, {"along", "from", "to", "values", "unit"}}, *law);

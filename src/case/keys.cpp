@@ -54,7 +54,7 @@ class Checker {
     }
     for (const Key* key : known.keys)
       if (key->fallback == required && !value.find(key->name))
-        throw Error(Fault::bad_case, value.place, fmt::format("{} needs '{}'", header, key->name),
+        throw Error(Fault::bad_case, value.location, fmt::format("{} needs '{}'", header, key->name),
                     key->kind == Kind::table ? fmt::format("add {}", wanted(*key))
                                              : fmt::format("add {} = {}", key->name, wanted(*key)));
   }
@@ -65,7 +65,7 @@ class Checker {
     const std::string here = join(path, entry.key);
     if (!entry.value.is_table()) {
       const bool is_named = schema_name == "*";
-      throw Error(Fault::bad_case, is_named ? entry.key_place : entry.value.place,
+      throw Error(Fault::bad_case, is_named ? entry.key_location : entry.value.location,
                   fmt::format("'{}' cannot be {}", entry.key, entry.value.described()),
                   is_named
                       ? fmt::format("[{0}] holds tables with names of your choice: write [{0}.NAME] above it", path)
@@ -79,7 +79,7 @@ class Checker {
     const bool is_list =
         entry.value.type == Value::Type::list && std::ranges::all_of(entry.value.list, &Value::is_table);
     if (!is_list)
-      throw Error(Fault::bad_case, entry.value.place,
+      throw Error(Fault::bad_case, entry.value.location,
                   fmt::format("'{}' cannot be {}", entry.key, entry.value.described()),
                   fmt::format("there can be several: write {}", header));
     for (const Value& element : entry.value.list) table(element, join(schema_path, entry.key + "[]"), here, header);
@@ -90,7 +90,7 @@ class Checker {
     const auto other = std::ranges::find(known.others, entry.key, [](const auto& o) { return o.key->name; });
     if (other != known.others.end()) {
       const std::string chosen = choice(known.keys, other->section->when_key, &table);
-      throw Error(Fault::bad_case, entry.key_place, goes_with(known, entry.key, chosen),
+      throw Error(Fault::bad_case, entry.key_location, goes_with(known, entry.key, chosen),
                   fmt::format("leave it out, or {} '{}'", chosen.empty() ? "add" : "change", other->section->when_key));
     }
     std::vector<std::string> names;
@@ -100,7 +100,7 @@ class Checker {
       for (const std::string& name : *more)
         if (!std::ranges::count(names, name)) names.push_back(name);
     const std::string near = nearest(entry.key, names);
-    throw Error(Fault::bad_case, entry.key_place, fmt::format("'{}' is not a key of {}", entry.key, header),
+    throw Error(Fault::bad_case, entry.key_location, fmt::format("'{}' is not a key of {}", entry.key, header),
                 near.empty() ? fmt::format("its keys are {}", fmt::join(names, ", "))
                              : fmt::format("did you mean '{}'?", near));
   }

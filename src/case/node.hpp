@@ -15,7 +15,7 @@ struct Table::Node {
   const Schema* schema = nullptr;
   std::string path, schema_path;
   const Value* value = nullptr;  ///< into root; null where the table is absent
-  Place place;
+  SourceLocation location;
   TableKeys known;
   std::vector<Key> forms;  ///< of a function: keys that stand for other forms than functions
 

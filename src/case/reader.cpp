@@ -10,20 +10,20 @@
 namespace calor {
 namespace {
 
-/// Where things stand; with a fixed place for values that do not come from a file.
-struct Places {
+/// Where things stand; with a fixed location for values that do not come from a file.
+struct Locations {
   std::string file;
-  const Place* fixed = nullptr;
+  const SourceLocation* fixed = nullptr;
 
-  Place of(const toml::source_region& region) const {
+  SourceLocation of(const toml::source_region& region) const {
     if (fixed) return *fixed;
     return {.file = file, .line = static_cast<int>(region.begin.line), .column = static_cast<int>(region.begin.column)};
   }
 };
 
-Value convert(const toml::node& node, const Places& places) {
+Value convert(const toml::node& node, const Locations& locations) {
   Value v;
-  v.place = places.of(node.source());
+  v.location = locations.of(node.source());
   if (const auto* table = node.as_table()) {
     v.type = Value::Type::table;
     // toml++ sorts by name; the order of the file is the order of the places.
@@ -31,11 +31,12 @@ Value convert(const toml::node& node, const Places& places) {
     for (auto&& [key, child] : *table) in_order.emplace_back(key.source().begin, &key, &child);
     std::ranges::stable_sort(in_order, [](const auto& a, const auto& b) { return std::get<0>(a) < std::get<0>(b); });
     for (const auto& [position, key, child] : in_order)
-      v.entries.push_back(
-          {.key = std::string(key->str()), .key_place = places.of(key->source()), .value = convert(*child, places)});
+      v.entries.push_back({.key = std::string(key->str()),
+                           .key_location = locations.of(key->source()),
+                           .value = convert(*child, locations)});
   } else if (const auto* array = node.as_array()) {
     v.type = Value::Type::list;
-    for (const toml::node& child : *array) v.list.push_back(convert(child, places));
+    for (const toml::node& child : *array) v.list.push_back(convert(child, locations));
   } else if (const auto* text = node.as_string()) {
     v.type = Value::Type::text;
     v.text = text->get();
@@ -80,7 +81,7 @@ Value read_toml(const std::string& text, const std::string& file) {
   try {
     const toml::table table = toml::parse(std::string_view(text), std::string_view(file));
     Value root = convert(table, {.file = file});
-    root.place = {.file = file, .line = 1, .column = 1};
+    root.location = {.file = file, .line = 1, .column = 1};
     return root;
   } catch (const toml::parse_error& e) {
     const auto at = e.source().begin;
@@ -90,15 +91,15 @@ Value read_toml(const std::string& text, const std::string& file) {
   }
 }
 
-Value read_toml_value(const std::string& text, const Place& place) {
+Value read_toml_value(const std::string& text, const SourceLocation& location) {
   try {
-    const toml::table table = toml::parse("value = " + text, std::string_view(place.file));
-    if (table.size() == 1) return convert(*table.get("value"), {.file = place.file, .fixed = &place});
+    const toml::table table = toml::parse("value = " + text, std::string_view(location.file));
+    if (table.size() == 1) return convert(*table.get("value"), {.file = location.file, .fixed = &location});
   } catch (const toml::parse_error& e) {
     if (text.find_first_of("\"'[{") == 0)
-      throw Error(Fault::bad_case, place, fmt::format("{}: {}", text, e.description()), cure_of(e.description()));
+      throw Error(Fault::bad_case, location, fmt::format("{}: {}", text, e.description()), cure_of(e.description()));
   }
-  return Value::of_text(text, place);
+  return Value::of_text(text, location);
 }
 
 std::vector<std::string> split_path(const std::string& path) {

@@ -21,8 +21,9 @@ Key Table::Node::key(const std::string& name) const {
 Value Table::Node::get(const std::string& name) const {
   const Key declared = key(name);
   if (const Value* v = written(name)) return *v;
-  if (has_fallback(declared)) return fallback_value(declared, place);
-  throw Error(Fault::bad_case, place, fmt::format("{} needs '{}'", path.empty() ? "the case" : "[" + path + "]", name),
+  if (has_fallback(declared)) return fallback_value(declared, location);
+  throw Error(Fault::bad_case, location,
+              fmt::format("{} needs '{}'", path.empty() ? "the case" : "[" + path + "]", name),
               fmt::format("add {} = {}", name, wanted(declared)));
 }
 
@@ -35,7 +36,7 @@ std::shared_ptr<Table::Node> Table::Node::child(const std::string& name, const s
   node->path = join(path, name);
   node->schema_path = join(schema_path, schema_name);
   node->value = child_value;
-  node->place = child_value ? child_value->place : place;
+  node->location = child_value ? child_value->location : location;
   node->known = keys_of(*schema, node->schema_path, child_value);
   return node;
 }
@@ -107,9 +108,9 @@ std::vector<Table> Table::list(const std::string& key) const {
   return out;
 }
 
-Place Table::place(const std::string& key) const {
+SourceLocation Table::location(const std::string& key) const {
   const Value* value = key.empty() ? nullptr : node_->written(key);
-  return value ? value->place : node_->place;
+  return value ? value->location : node_->location;
 }
 
 const std::string& Table::path() const { return node_->path; }
@@ -117,7 +118,7 @@ const std::string& Table::path() const { return node_->path; }
 std::string Table::file(const std::string& key) const { return node_->context->path_of(text(key)); }
 
 void Table::refuse(const std::string& key, const std::string& what, const std::string& cure) const {
-  throw Error(Fault::bad_case, place(key), what, cure);
+  throw Error(Fault::bad_case, location(key), what, cure);
 }
 
 namespace {

@@ -19,17 +19,17 @@ bool is_law(const std::string& form) { return form == "power" || form == "expone
 
 }  // namespace
 
-Value Value::empty_table(const Place& place) {
+Value Value::empty_table(const SourceLocation& location) {
   Value v;
-  v.place = place;
+  v.location = location;
   return v;
 }
 
-Value Value::of_text(std::string text, const Place& place) {
+Value Value::of_text(std::string text, const SourceLocation& location) {
   Value v;
   v.type = Type::text;
   v.text = std::move(text);
-  v.place = place;
+  v.location = location;
   return v;
 }
 
@@ -80,12 +80,12 @@ void set_path(Value& root, const std::vector<std::string>& keys, Value value) {
   std::string path;
   for (const std::string& key : keys) {
     if (!at->is_table())
-      throw Error(Fault::bad_case, value.place, fmt::format("'{}' is {}, not a table", path, at->described()),
+      throw Error(Fault::bad_case, value.location, fmt::format("'{}' is {}, not a table", path, at->described()),
                   "a key=value changes whole lists and values: give a new one for " + path);
     path += (path.empty() ? "" : ".") + key;
     Value* next = at->find(key);
     if (!next) {
-      at->entries.push_back({.key = key, .key_place = value.place, .value = Value::empty_table(value.place)});
+      at->entries.push_back({.key = key, .key_location = value.location, .value = Value::empty_table(value.location)});
       next = &at->entries.back().value;
     }
     at = next;

@@ -22,10 +22,10 @@ struct Value {
   double number = 0;           ///< of Type::number and Type::integer
   std::vector<Value> list;     ///< of Type::list
   std::vector<Entry> entries;  ///< of Type::table, in the order of the file
-  Place place;
+  SourceLocation location;
 
-  static Value empty_table(const Place& place);
-  static Value of_text(std::string text, const Place& place);
+  static Value empty_table(const SourceLocation& location);
+  static Value of_text(std::string text, const SourceLocation& location);
   bool is_number() const { return type == Type::number || type == Type::integer; }
   bool is_table() const { return type == Type::table; }
   /// Value of a key of a table; null where there is none.
@@ -38,7 +38,7 @@ struct Value {
 /// One `key = value` of a table.
 struct Entry {
   std::string key;
-  Place key_place;
+  SourceLocation key_location;
   Value value;
 };
 
@@ -47,7 +47,7 @@ Value read_toml(const std::string& text, const std::string& file);
 
 /// A single value in TOML; what is none, and does not begin like a string, list or table, is taken as text ("22 s",
 /// disc). Every part of it gets `place`. Throws Error(bad_case).
-Value read_toml_value(const std::string& text, const Place& place);
+Value read_toml_value(const std::string& text, const SourceLocation& location);
 
 /// Keys of a dotted path: cloud.radius, material."my steel".density. Throws Error(command).
 std::vector<std::string> split_path(const std::string& path);

@@ -87,7 +87,7 @@ std::string Context::path_of(const std::string& file) const {
 }
 
 void refuse_value(const Value& value, const std::string& what, const std::string& cure) {
-  throw Error(Fault::bad_case, value.place, what, cure);
+  throw Error(Fault::bad_case, value.location, what, cure);
 }
 
 std::string read_text(const Value& value, const Key& key) {
@@ -206,10 +206,10 @@ bool has_fallback(const Key& key) {
          (is_text || !key.fallback.empty());
 }
 
-Value fallback_value(const Key& key, const Place& place) {
-  Value value = read_toml_value(key.fallback, place);
+Value fallback_value(const Key& key, const SourceLocation& location) {
+  Value value = read_toml_value(key.fallback, location);
   if ((key.kind == Kind::text || key.kind == Kind::choice) && value.type != Value::Type::text)
-    return Value::of_text(key.fallback, place);
+    return Value::of_text(key.fallback, location);
   return value;
 }
 

@@ -33,7 +33,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
 void check_value(const Value& value, const Key& key, const Context& context);
 
 /// The default of a key as if it had been written at `place`; only for keys that have one.
-Value fallback_value(const Key& key, const Place& place);
+Value fallback_value(const Key& key, const SourceLocation& location);
 bool has_fallback(const Key& key);
 
 /// "a number with unit, e.g. \"1 m\"": what the key takes, for messages and the manual.

@@ -16,7 +16,7 @@ std::vector<char> where(const Case& c, const Table& table, std::span<const Vec3>
                  "write a unit of length, such as \"mm\"");
   }
   const Function f = Function::formula(table.text("where"), {.value = "", .si = "", .length = table.text("length")},
-                                       c.parameters(), table.place("where"));
+                                       c.parameters(), table.location("where"));
   if (f.depends_on_time() || f.depends_on_temperature())
     table.refuse("where",
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),

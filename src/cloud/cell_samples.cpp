@@ -50,11 +50,11 @@ struct CellSampler::Near {
 
 CellSampler::CellSampler(const Cloud& cloud)
     : cloud_(cloud), cells_(cloud.x, mean(cloud.spacing)), order_(order_by_cells(cells_, cloud.x)) {
-  for (const Patch& patch : cloud.patches) {
-    while (static_cast<int>(patches_of_.size()) <= patch.point)
-      patches_of_.push_back(static_cast<std::int32_t>(&patch - cloud.patches.data()));
+  for (const Facet& facet : cloud.facets) {
+    while (static_cast<int>(patches_of_.size()) <= facet.point)
+      patches_of_.push_back(static_cast<std::int32_t>(&facet - cloud.facets.data()));
   }
-  patches_of_.resize(cloud.owned + 1, static_cast<std::int32_t>(cloud.patches.size()));
+  patches_of_.resize(cloud.owned + 1, static_cast<std::int32_t>(cloud.facets.size()));
 }
 
 CellSamples CellSampler::all() const {
@@ -142,10 +142,10 @@ void CellSampler::add_nearest(int i, CellSamples& out) const {
 
   Surface own;
   for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
-    const Patch& patch = cloud_.patches[n];
+    const Facet& facet = cloud_.facets[n];
     // Off the walls, the wall lies half a cell away.
-    const double away = cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[i] / patch.area;
-    const Plane plane{x + away * patch.normal, patch.normal};
+    const double away = cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[i] / facet.area;
+    const Plane plane{x + away * facet.normal, facet.normal};
     const bool reentrant = std::ranges::any_of(
         near, [&](const Near& j) { return j.square < 4 * d * d && plane.has_outside(j.x, 0.25 * d); });
     (reentrant ? own.reentrant : own.planes).push_back(plane);

@@ -1,6 +1,6 @@
 #pragma once
-// Places spread over the cells of the points, with weights: integrals over cells, for sources as cell means and for
-// capacities.
+// QuadraturePoints spread over the cells of the points, with weights: integrals over cells, for sources as cell means
+// and for capacities.
 #include <cstdint>
 #include <vector>
 
@@ -46,7 +46,7 @@ class CellSampler {
   const Cloud& cloud_;
   Cells cells_;
   CellOrder order_;
-  std::vector<std::int32_t> patches_of_;  ///< first patch of every owned point, and the end
+  std::vector<std::int32_t> patches_of_;  ///< first facet of every owned point, and the end
 };
 
 }  // namespace calor

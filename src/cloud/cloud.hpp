@@ -46,7 +46,7 @@ struct Support {
 };
 
 /// A piece of the surface that belongs to one owned point and one face.
-struct Patch {
+struct Facet {
   int point;    ///< local index of the owned point
   int face;     ///< index into Cloud::faces
   double area;  ///< scalar area, m^2 of the real body (thickness and section included)
@@ -61,7 +61,7 @@ struct ExactBody {
 struct Cloud {
   MPI_Comm comm = MPI_COMM_SELF;
   int dimension = 3;
-  double section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2) that volumes and areas include; 1 in 3D
+  double cross_section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2) that volumes and areas include; 1 in 3D
 
   int owned = 0;                      ///< owned points on this rank
   std::int64_t first = 0, count = 0;  ///< global number of the first owned point; points on all ranks
@@ -79,7 +79,7 @@ struct Cloud {
 
   std::vector<std::string> faces;  ///< "xmin", "top", "side", ...; at most 32
   std::vector<std::string> tags;   ///< at least one, "" for untagged
-  std::vector<Patch> patches;      ///< of the owned points, sorted by point
+  std::vector<Facet> facets;       ///< of the owned points, sorted by point
   std::vector<double> walls;  ///< of a box: coordinate of the plane of faces[f], m; faces[f] is normal to axis f / 2
 
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null

@@ -1,5 +1,5 @@
 #pragma once
-// A convex polyhedron that planes cut pieces off: the part of the body that is nearer to one point than to others.
+// A convex polyhedron that planes cut segments off: the part of the body that is nearer to one point than to others.
 #include <array>
 #include <vector>
 

@@ -42,18 +42,18 @@ Vec3 area_vector(const std::vector<Vec3>& polygon) {
 }  // namespace
 
 Cracks::Cracks(const Cloud& cloud, std::vector<Crack> cracks)
-    : cloud_(cloud), cracks_(std::move(cracks)), place_(cloud.x) {
+    : cloud_(cloud), cracks_(std::move(cracks)), location_(cloud.x) {
   for (const Crack& crack : cracks_) {
-    std::vector<CrackPiece>& pieces = pieces_.emplace_back();
+    std::vector<CrackPiece>& segments = segments_.emplace_back();
     const auto& v = crack.vertices;
     if (cloud.dimension == 3) {
-      pieces.push_back({.corners = v, .extended = v, .normal = unit(area_vector(v)), .tips = {}});
+      segments.push_back({.corners = v, .extended = v, .normal = unit(area_vector(v)), .tips = {}});
       continue;
     }
     for (std::size_t k = 0; k + 1 < v.size(); ++k) {
       const Vec3 along = unit(v[k + 1] - v[k]);
       const std::vector<Vec3> ends = {v[k], v[k + 1]};
-      pieces.push_back({.corners = ends, .extended = ends, .normal = {-along.y, along.x, 0}, .tips = {}});
+      segments.push_back({.corners = ends, .extended = ends, .normal = {-along.y, along.x, 0}, .tips = {}});
     }
   }
   reach_out_of_the_body();
@@ -89,8 +89,8 @@ Cracks::Surface Cracks::surface_at(const Vec3& place) const {
 }
 
 void Cracks::reach_out_of_the_body() {
-  for (std::vector<CrackPiece>& pieces : pieces_) {
-    for (CrackPiece& piece : pieces) {
+  for (std::vector<CrackPiece>& segments : segments_) {
+    for (CrackPiece& piece : segments) {
       for (std::size_t k = 0; k < piece.corners.size(); ++k) {
         const Surface surface = surface_at(piece.corners[k]);
         if (!surface.reached) continue;
@@ -129,8 +129,8 @@ void Cracks::find_tips() {
   const double close = 1e-9 * size;
   // An end is none where another piece goes on, nor on the surface.
   const auto goes_on = [&](const CrackPiece& of, const Vec3& a, const Vec3& b) {
-    for (const auto& pieces : pieces_) {
-      for (const CrackPiece& other : pieces) {
+    for (const auto& segments : segments_) {
+      for (const CrackPiece& other : segments) {
         if (&other == &of) continue;
         const std::size_t n = other.corners.size();
         for (std::size_t k = 0; k < n; ++k) {
@@ -141,8 +141,8 @@ void Cracks::find_tips() {
     }
     return false;
   };
-  for (auto& pieces : pieces_) {
-    for (CrackPiece& piece : pieces) {
+  for (auto& segments : segments_) {
+    for (CrackPiece& piece : segments) {
       const std::size_t n = piece.corners.size();
       for (std::size_t k = 0; k < n; ++k) {
         const std::size_t next = cloud_.dimension == 3 ? (k + 1) % n : k;
@@ -155,7 +155,7 @@ void Cracks::find_tips() {
 }
 
 bool Cracks::is_full_cut(int crack) const {
-  return std::ranges::all_of(pieces_[crack], [](const CrackPiece& p) { return p.tips.empty(); });
+  return std::ranges::all_of(segments_[crack], [](const CrackPiece& p) { return p.tips.empty(); });
 }
 
 double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
@@ -186,7 +186,7 @@ double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& 
 std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
   std::vector<Crossing> out;
   for (std::size_t crack = 0; crack < cracks_.size(); ++crack) {
-    for (const CrackPiece& piece : pieces_[crack]) {
+    for (const CrackPiece& piece : segments_[crack]) {
       Vec3 low = piece.extended[0], high = low;
       for (const Vec3& v : piece.extended)
         for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], v[a]), high[a] = std::max(high[a], v[a]);
@@ -196,15 +196,15 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
         for (std::int32_t j : row) reach = std::max(reach, norm(cloud_.x[j] - cloud_.x[i]));
         bool far = false;
         for (int a = 0; a < 3; ++a)
-          far = far || place_[i][a] < low[a] - 2 * reach || place_[i][a] > high[a] + 2 * reach;
-        if (far || std::abs(piece.side(place_[i])) > 1.01 * reach) continue;
+          far = far || location_[i][a] < low[a] - 2 * reach || location_[i][a] > high[a] + 2 * reach;
+        if (far || std::abs(piece.side(location_[i])) > 1.01 * reach) continue;
         for (std::size_t n = 0; n < row.size(); ++n) {
           const int j = row[n];
           const bool ascending = cloud_.id[i] < cloud_.id[j];  // one answer for both directions
           const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
-          const double f = cut_fraction(piece, place_[ascending ? i : j], place_[ascending ? j : i], spacing);
+          const double f = cut_fraction(piece, location_[ascending ? i : j], location_[ascending ? j : i], spacing);
           if (f == 0) continue;
-          const double from = piece.side(place_[i]), to = piece.side(place_[j]);
+          const double from = piece.side(location_[i]), to = piece.side(location_[j]);
           out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
                          .point = i,
                          .crack = static_cast<int>(crack),
@@ -217,7 +217,7 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
       }
     }
   }
-  // Of the pieces of one crack, the one that cuts the pair most, and the one that the point faces.
+  // Of the segments of one crack, the one that cuts the pair most, and the one that the point faces.
   std::ranges::sort(out, [](const Crossing& a, const Crossing& b) {
     return std::tuple(a.entry, a.crack, -a.fraction, a.length) < std::tuple(b.entry, b.crack, -b.fraction, b.length);
   });
@@ -238,13 +238,13 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
 void Cracks::move_points() {
   std::int64_t moved = 0;
   for (int i = 0; i < cloud_.local(); ++i) {
-    for (const auto& pieces : pieces_) {
-      for (const CrackPiece& piece : pieces) {
-        const double least = 1e-3 * cloud_.spacing[i], s = piece.side(place_[i]);
+    for (const auto& segments : segments_) {
+      for (const CrackPiece& piece : segments) {
+        const double least = 1e-3 * cloud_.spacing[i], s = piece.side(location_[i]);
         if (!(std::abs(s) < least)) continue;
-        const Vec3 above = place_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
+        const Vec3 above = location_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
         if (cut_fraction(piece, above, below, cloud_.spacing[i]) == 0) continue;
-        place_[i] += (least - s) * piece.normal;
+        location_[i] += (least - s) * piece.normal;
         moved += i < cloud_.owned;
       }
     }

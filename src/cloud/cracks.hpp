@@ -53,11 +53,12 @@ class Cracks {
   Cracks(const Cloud& cloud, std::vector<Crack> cracks);
 
   const std::vector<Crack>& all() const { return cracks_; }
-  const std::vector<CrackPiece>& pieces(int crack) const { return pieces_[crack]; }
+  const std::vector<CrackPiece>& segments(int crack) const { return segments_[crack]; }
   /// Does the crack cut right through, without a tip in the body?
   bool is_full_cut(int crack) const;
-  /// Place of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its upper side.
-  const Vec3& place(int i) const { return place_[i]; }
+  /// SourceLocation of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its
+  /// upper side.
+  const Vec3& location(int i) const { return location_[i]; }
   std::int64_t moved() const { return moved_; }  ///< points on cracks, of all ranks
 
   /// Sorted by entry, then by crack; the same fraction and length for (i, j) and (j, i).
@@ -74,8 +75,8 @@ class Cracks {
 
   const Cloud& cloud_;
   std::vector<Crack> cracks_;
-  std::vector<std::vector<CrackPiece>> pieces_;
-  std::vector<Vec3> place_;
+  std::vector<std::vector<CrackPiece>> segments_;
+  std::vector<Vec3> location_;
   std::int64_t moved_ = 0;
 };
 

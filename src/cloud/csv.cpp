@@ -2,7 +2,7 @@
 //   x [m],y [m],z [m],volume [m^3],tag,area_x [m^2],area_y [m^2],area_z [m^2],face,area2_x [m^2],...,face2,...
 // Any unit of length, volume or area. The number of coordinate columns is the dimension. tag and areas are optional;
 // area_* is the outward area vector of a piece of the surface that belongs to the point, area2_*, area3_*, ... are
-// further pieces (corners). A piece of no area is none; without a face column all are pieces of "surface". Volumes
+// further segments (corners). A piece of no area is none; without a face column all are segments of "surface". Volumes
 // and areas are those of the real body: thickness or cross-section included.
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -27,7 +27,7 @@ struct PieceColumns {
 struct Columns {
   int x[3] = {-1, -1, -1};
   int dimension = 0, volume = -1, tag = -1;
-  std::vector<PieceColumns> pieces;
+  std::vector<PieceColumns> segments;
 };
 
 Columns find_columns(CsvReader& csv) {
@@ -52,17 +52,17 @@ Columns find_columns(CsvReader& csv) {
     }
     piece.face = csv.find("face" + number);
     known.insert("face" + number);
-    c.pieces.push_back(piece);
+    c.segments.push_back(piece);
   }
   std::set<std::string> seen;
   for (const CsvColumn& column : csv.columns()) {
-    const Place header{.file = csv.path(), .line = 1};
+    const SourceLocation header{.file = csv.path(), .line = 1};
     if (!known.contains(column.name))
       throw Error(
           Fault::bad_case, header,
           fmt::format("'{}' is not a column of a cloud of {} dimension{}", column.name, c.dimension,
                       c.dimension > 1 ? "s" : ""),
-          fmt::format("the columns are {}; further pieces of surface area2_x, ..., face2", fmt::join(known, ", ")));
+          fmt::format("the columns are {}; further segments of surface area2_x, ..., face2", fmt::join(known, ", ")));
     if (!seen.insert(column.name).second)
       throw Error(Fault::bad_case, header, fmt::format("there are two columns '{}'", column.name), "remove one");
   }
@@ -109,25 +109,25 @@ void read_rows(CsvReader& csv, const Columns& c, Points& out, Names& tags, Names
     for (int a = 0; a < c.dimension; ++a) p.x[a] = csv.number(c.x[a]);
     p.volume = p.full_volume = csv.number(c.volume);
     if (!(p.volume > 0))
-      throw Error(Fault::bad_case, csv.place(c.volume),
+      throw Error(Fault::bad_case, csv.location(c.volume),
                   fmt::format("a volume of {} is not positive", csv.text(c.volume)),
                   "give every point the volume of the body that it stands for");
     p.spacing = std::pow(p.volume / out.section, 1.0 / c.dimension);
     p.tag = c.tag < 0 ? tags.number("") : tags.number(csv.text(c.tag));
     out.points.push_back(p);
-    for (const PieceColumns& piece : c.pieces) {
+    for (const PieceColumns& piece : c.segments) {
       Vec3 area;
       for (int a = 0; a < c.dimension; ++a)
         if (!csv.text(piece.area[a]).empty()) area[a] = csv.number(piece.area[a]);
       const double size = norm(area);
       if (size == 0) continue;
       if (piece.face >= 0 && csv.text(piece.face).empty())
-        throw Error(Fault::bad_case, csv.place(piece.face), "a piece of surface without the name of its face",
+        throw Error(Fault::bad_case, csv.location(piece.face), "a piece of surface without the name of its face",
                     "name the face, or remove the area");
       const int face = faces.number(piece.face >= 0 ? csv.text(piece.face) : "surface");
-      out.patches.push_back({.face = face, .area = size, .normal = (1 / size) * area});
+      out.facets.push_back({.face = face, .area = size, .normal = (1 / size) * area});
       out.points.back().area += area;
-      ++out.points.back().patches;
+      ++out.points.back().facets;
     }
   }
 }
@@ -135,23 +135,23 @@ void read_rows(CsvReader& csv, const Columns& c, Points& out, Names& tags, Names
 }  // namespace
 
 Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int)>& section,
-                   const Place& named) {
+                   const SourceLocation& named) {
   Points out;
   Names tags, faces;
   tags.number("");
-  together(comm, [&] {
+  collective_try(comm, [&] {
     CsvReader csv(file, named, rank_of(comm), size_of(comm));
     const Columns columns = find_columns(csv);
     out.dimension = columns.dimension;
     out.section = section(columns.dimension);
-    out.has_areas = !columns.pieces.empty();
+    out.has_areas = !columns.segments.empty();
     read_rows(csv, columns, out, tags, faces);
   });
 
   out.tags = gather_words(comm, {tags.list.begin(), tags.list.end()});
   out.faces = gather_words(comm, {faces.list.begin(), faces.list.end()});
   if (out.faces.size() > 32)
-    throw Error(Fault::bad_case, Place{.file = file}, fmt::format("there are {} faces", out.faces.size()),
+    throw Error(Fault::bad_case, SourceLocation{.file = file}, fmt::format("there are {} faces", out.faces.size()),
                 "give at most 32 faces different names");
   const std::vector<int> tag = tags.places_in(out.tags), face = faces.places_in(out.faces);
   std::int64_t id = offset(comm, static_cast<std::int64_t>(out.points.size()));
@@ -159,9 +159,9 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
   for (Point& p : out.points) {
     p.id = id++;
     p.tag = tag[p.tag];
-    for (int n = 0; n < p.patches; ++n, ++next) {
-      out.patches[next].face = face[out.patches[next].face];
-      p.on_faces |= std::uint32_t{1} << out.patches[next].face;
+    for (int n = 0; n < p.facets; ++n, ++next) {
+      out.facets[next].face = face[out.facets[next].face];
+      p.on_faces |= std::uint32_t{1} << out.facets[next].face;
     }
   }
   return out;
@@ -169,7 +169,7 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
 
 Points csv_from(MPI_Comm comm, const Table& cloud) {
   return read_points(
-      comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); }, cloud.place("file"));
+      comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); }, cloud.location("file"));
 }
 
 void declare_csv(Schema& schema) {

@@ -22,7 +22,7 @@ void refuse_bad_points(MPI_Comm comm, const Points& points) {
     throw Error(Fault::bad_case,
                 fmt::format("point {} at ({:.6g}, {:.6g}, {:.6g}) m {}", p.id, p.x.x, p.x.y, p.x.z, what), cure);
   };
-  together(comm, [&] {
+  collective_try(comm, [&] {
     for (const Point& p : points.points) {
       if (!std::isfinite(p.x.x + p.x.y + p.x.z)) refuse(p, "has no finite place", "give it numbers");
       if (!(p.volume > 0 && std::isfinite(p.volume)))
@@ -34,10 +34,10 @@ void refuse_bad_points(MPI_Comm comm, const Points& points) {
   });
 }
 
-/// Offsets of every point's patches.
+/// Offsets of every point's facets.
 std::vector<std::int32_t> patch_offsets(const std::vector<Point>& points) {
   std::vector<std::int32_t> at(points.size() + 1, 0);
-  for (std::size_t i = 0; i < points.size(); ++i) at[i + 1] = at[i] + points[i].patches;
+  for (std::size_t i = 0; i < points.size(); ++i) at[i + 1] = at[i] + points[i].facets;
   return at;
 }
 
@@ -49,21 +49,21 @@ void send_to_blocks(MPI_Comm comm, Points& points) {
   std::vector<int> point_count(ranks, 0), patch_count(ranks, 0);
   for (std::size_t i = 0; i < rank.size(); ++i) {
     ++point_count[rank[i]];
-    patch_count[rank[i]] += points.points[i].patches;
+    patch_count[rank[i]] += points.points[i].facets;
   }
   std::vector<std::int64_t> next_point(ranks, 0), next_patch(ranks, 0);
   std::exclusive_scan(point_count.begin(), point_count.end(), next_point.begin(), std::int64_t{0});
   std::exclusive_scan(patch_count.begin(), patch_count.end(), next_patch.begin(), std::int64_t{0});
   std::vector<Point> packed(points.points.size());
-  std::vector<SurfacePiece> packed_patches(points.patches.size());
+  std::vector<SurfacePiece> packed_patches(points.facets.size());
   for (std::size_t i = 0; i < rank.size(); ++i) {
     packed[next_point[rank[i]]++] = points.points[i];
-    for (std::int32_t n = at[i]; n < at[i + 1]; ++n) packed_patches[next_patch[rank[i]]++] = points.patches[n];
+    for (std::int32_t n = at[i]; n < at[i + 1]; ++n) packed_patches[next_patch[rank[i]]++] = points.facets[n];
   }
   points.points = {};
-  points.patches = {};
+  points.facets = {};
   points.points = exchange(comm, packed, point_count);
-  points.patches = exchange(comm, packed_patches, patch_count);
+  points.facets = exchange(comm, packed_patches, patch_count);
 }
 
 /// Moves this rank's points into the arrays of the cloud, in the order of cells of one (mean) spacing.
@@ -99,13 +99,13 @@ void fill_owned(Cloud& cloud, Points& points) {
   fill(cloud.tag, &Point::tag);
   cloud.global.resize(n);
   std::iota(cloud.global.begin(), cloud.global.end(), cloud.first);
-  cloud.patches.reserve(points.patches.size());
+  cloud.facets.reserve(points.facets.size());
   for (std::size_t k = 0; k < n; ++k)
     for (std::int32_t m = at[order[k]]; m < at[order[k] + 1]; ++m)
-      cloud.patches.push_back(
-          {static_cast<int>(k), points.patches[m].face, points.patches[m].area, points.patches[m].normal});
+      cloud.facets.push_back(
+          {static_cast<int>(k), points.facets[m].face, points.facets[m].area, points.facets[m].normal});
   points.points = {};
-  points.patches = {};
+  points.facets = {};
 }
 
 /// A copy of a point for another rank.
@@ -190,7 +190,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   Cloud cloud;
   cloud.comm = comm;
   cloud.dimension = points.dimension;
-  cloud.section = points.section;
+  cloud.cross_section = points.section;
   cloud.faces = std::move(points.faces);
   cloud.tags = std::move(points.tags);
   cloud.lattice = std::move(points.lattice);

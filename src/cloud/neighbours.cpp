@@ -92,11 +92,11 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
   Neighbours out;
   if (!sets.empty()) {
     out.mirrors = mirrors_of(cloud.walls);
-    for (const Patch& patch : cloud.patches) out.mirrored.push_back(mirrored_faces >> patch.face & 1);
+    for (const Facet& facet : cloud.facets) out.mirrored.push_back(mirrored_faces >> facet.face & 1);
   }
   out.row.reserve(cloud.owned + 1);
   out.row.push_back(0);
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     if (size_of(cloud.comm) > 1 && !covers(cloud, search, support))
       throw Error(Fault::numbers, "the ghosts do not reach as far as the neighbours",
                   "distribute the cloud with a larger support");
@@ -127,7 +127,7 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
 }
 
 void require_neighbours(const Cloud& cloud, const Neighbours& neighbours) {
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     for (int i = 0; i < cloud.owned; ++i) {
       const int n = static_cast<int>(neighbours.of(i).size()), least = cloud.dimension;
       if (n < least)

@@ -20,7 +20,7 @@ struct Neighbours {
   /// an edge or corner); 0: the point itself. Empty: there are no images.
   std::vector<std::uint8_t> image = {};
   std::vector<Mirror> mirrors = {};  ///< of every value of `image`
-  std::vector<char> mirrored = {};   ///< of every patch of the cloud: mirror images lie beyond it. Empty: nowhere
+  std::vector<char> mirrored = {};   ///< of every facet of the cloud: mirror images lie beyond it. Empty: nowhere
 
   std::span<const std::int32_t> of(int i) const {
     return {column.data() + row[i], static_cast<std::size_t>(row[i + 1] - row[i])};

@@ -23,9 +23,9 @@ struct Point {
   Vec3 x;                                           ///< m
   double volume = 0, full_volume = 0, spacing = 0;  ///< m^3, m^3, m
   Vec3 area = {};                                   ///< outward boundary area vector A_i, m^2
-  std::uint32_t on_faces = 0;                       ///< bit f: carries a patch of faces[f]
+  std::uint32_t on_faces = 0;                       ///< bit f: carries a facet of faces[f]
   int tag = 0;
-  int patches = 0;  ///< how many of Points::patches are this point's
+  int facets = 0;  ///< how many of Points::facets are this point's
 };
 
 /// A piece of the surface that belongs to one point and one face. On a curved face `area` is the measure of the
@@ -42,7 +42,7 @@ struct Points {
   int dimension = 3;
   double section = 1;
   std::vector<Point> points;
-  std::vector<SurfacePiece> patches;  ///< of points[0], then of points[1], ...
+  std::vector<SurfacePiece> facets;  ///< of points[0], then of points[1], ...
   std::vector<std::string> faces, tags = {""};
   std::shared_ptr<const Lattice> lattice;  ///< see Cloud
   std::vector<double> walls;               ///< of a box, see Cloud

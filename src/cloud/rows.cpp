@@ -19,7 +19,7 @@ class RowLattice {
   std::int64_t count() const { return first_.back(); }
   int rows() const { return static_cast<int>(rows_.y.size()); }
   int row(std::int64_t id) const { return static_cast<int>(std::ranges::upper_bound(first_, id) - first_.begin()) - 1; }
-  std::int64_t place(std::int64_t id) const { return id - first_[row(id)]; }
+  std::int64_t location(std::int64_t id) const { return id - first_[row(id)]; }
   double dx(int row) const { return rows_.length / static_cast<double>(rows_.points[row] - 1); }
   Vec3 position(int row, std::int64_t i) const {
     // The last point lies on the wall to the last bit.
@@ -65,7 +65,7 @@ Points make_rows(MPI_Comm comm, const Rows& rows) {
   const Slice mine = slice(comm, lattice.count());
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
     const int row = lattice.row(id);
-    const std::int64_t i = lattice.place(id);
+    const std::int64_t i = lattice.location(id);
     const double below = lattice.gap_below(row), above = lattice.gap_above(row), dx = lattice.dx(row);
     const bool first = i == 0, last = i == rows.points[row] - 1, lowest = row == 0, highest = row == lattice.rows() - 1;
     const double volume = rows.thickness * lattice.nearest_area(row, i);

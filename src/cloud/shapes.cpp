@@ -28,8 +28,8 @@ void Points::add_patch(int face, double area, const Vec3& normal, const Vec3& ar
   Point& p = points.back();
   p.on_faces |= std::uint32_t{1} << face;
   p.area += area_vector;
-  ++p.patches;
-  patches.push_back({face, area, normal});
+  ++p.facets;
+  facets.push_back({face, area, normal});
 }
 
 Slice slice(MPI_Comm comm, std::int64_t count) {

@@ -64,7 +64,7 @@ Points make_rows(MPI_Comm comm, const Rows& rows);
 /// cross-section for the dimension that the file turns out to have; `named` is where the case names the file.
 /// Collective; throws Error.
 Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section,
-                   const Place& named = {});
+                   const SourceLocation& named = {});
 
 // The same from the [cloud] table of a case, and the keys that belong to each.
 Points box_from(MPI_Comm comm, const Table& cloud);

@@ -25,14 +25,14 @@ struct Region {
   std::vector<double> weight;
   std::vector<Vec3> x;  // of the points listed
   std::unique_ptr<PointProperties> at;
-  Place conductivity_place, capacity_place;  // where the case writes them
+  SourceLocation conductivity_location, capacity_location;  // where the case writes them
 };
 
 /// Where the case writes a property of a material; where it names the material if that comes from the library.
-Place place_of(const Case& c, const BodyRegion& region, const std::string& property) {
+SourceLocation place_of(const Case& c, const BodyRegion& region, const std::string& property) {
   for (const auto& [name, table] : c.section("material").children())
-    if (name == region.material) return table.place(property);
-  return region.place;
+    if (name == region.material) return table.location(property);
+  return region.location;
 }
 
 std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
@@ -84,12 +84,12 @@ struct MaterialField::Parts {
   }
 
   void check(const Region& r, std::size_t first, double t, std::span<const double> T, std::span<const double> value,
-             const Place& place, const char* what, const char* unit) const {
+             const SourceLocation& location, const char* what, const char* unit) const {
     if (all_positive(value)) return;
     for (std::size_t i = 0; i < value.size(); ++i) {
       if (all_positive(value.subspan(i, 1))) continue;
       const Vec3& p = x[r.point.empty() ? first + i : r.point[first + i]];
-      throw Error(Fault::numbers, place,
+      throw Error(Fault::numbers, location,
                   fmt::format("the {} of '{}' is {:.6g} {} at ({:.6g}, {:.6g}, {:.6g}) m, T = {:.6g} K, t = {:.6g} s",
                               what, r.material->name, value[i], unit, p.x, p.y, p.z, T[i], t),
                   std::isfinite(T[i]) ? "give a law that is positive at every temperature the run may see"
@@ -127,7 +127,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const 
   const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
   bool layered = false, of_T_alone = true;
   for (BodyRegion& r : body_regions(c, cloud, {x, tag}, unnamed ? materials.only_one() : "")) {
-    Region region{materials.get(r.material, r.place),
+    Region region{materials.get(r.material, r.location),
                   std::move(r.point),
                   std::move(r.weight),
                   {},
@@ -148,7 +148,8 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const 
     p.regions.push_back(std::move(region));
     // Bound in place: the properties look at the region's points from now on.
     Region& kept = p.regions.back();
-    together(cloud.comm, [&] { kept.at = kept.material->at(r.whole ? p.x : std::span<const Vec3>(kept.x), range); });
+    collective_try(cloud.comm,
+                   [&] { kept.at = kept.material->at(r.whole ? p.x : std::span<const Vec3>(kept.x), range); });
   }
   const bool one_of_T = p.regions.size() == 1 && of_T_alone;
   const std::string mean = body.text("conductivity_mean");
@@ -200,7 +201,7 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
   p.sweep(0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
     r.at->conductivity(at, t, T, k, dk_dT);
     if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
-      p.check(r, at, t, T, k, r.conductivity_place, "conductivity", "W/(m K)");
+      p.check(r, at, t, T, k, r.conductivity_location, "conductivity", "W/(m K)");
   });
 }
 
@@ -217,7 +218,8 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
       for (std::size_t n = 0; n < T.size(); n += block) {
         const std::size_t size = std::min(block, T.size() - n);
         r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
-        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_place, "conductivity", "W/(m K)");
+        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_location, "conductivity",
+                "W/(m K)");
       }
     };
     look(T, 0);
@@ -243,7 +245,7 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
   }
   p.sweep(0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
     r.at->enthalpy(at, T, H, rho_c);
-    p.check(r, at, 0, T, rho_c, r.capacity_place, "volumetric heat capacity", "J/(m^3 K)");
+    p.check(r, at, 0, T, rho_c, r.capacity_location, "volumetric heat capacity", "J/(m^3 K)");
   });
 }
 

@@ -9,8 +9,8 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "conduction/flux_sites.hpp"
 #include "material/material.hpp"
-#include "method/flux_sites.hpp"
 
 namespace calor {
 

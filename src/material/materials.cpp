@@ -59,7 +59,7 @@ std::shared_ptr<const Material> make_simple(const std::string& name, const Table
 
 }  // namespace
 
-std::shared_ptr<const Material> Materials::get(const std::string& name, const Place& place) {
+std::shared_ptr<const Material> Materials::get(const std::string& name, const SourceLocation& location) {
   if (const auto found = made_.find(name); found != made_.end()) return found->second;
   std::vector<std::string> known;
   for (const auto& [other, table] : case_.section("material").children()) {
@@ -70,7 +70,7 @@ std::shared_ptr<const Material> Materials::get(const std::string& name, const Pl
     return made_[name] = make_simple_material(name, m->properties());
   for (const auto& m : material_library()) known.push_back(m.name);
   const std::string near = nearest(name, known);
-  throw Error(Fault::bad_case, place, fmt::format("there is no material '{}'", name),
+  throw Error(Fault::bad_case, location, fmt::format("there is no material '{}'", name),
               near.empty() ? fmt::format("add [material.{}]; known are {}", name, fmt::join(known, ", "))
                            : fmt::format("did you mean '{}'?", near));
 }
@@ -88,9 +88,9 @@ std::shared_ptr<const Material> Materials::make(const std::string& name, const T
     table.refuse("phases", fmt::format("a mixture has two phases, not {}", phases.size()),
                  "write phases = [\"first\", \"second\"]");
   making_.push_back(name);
-  const auto first = get(phases[0], table.place("phases")), second = get(phases[1], table.place("phases"));
+  const auto first = get(phases[0], table.location("phases")), second = get(phases[1], table.location("phases"));
   std::shared_ptr<const Material> filling;
-  if (table.has("pores")) filling = get(table.sub("pores").text("material"), table.sub("pores").place("material"));
+  if (table.has("pores")) filling = get(table.sub("pores").text("material"), table.sub("pores").location("material"));
   making_.pop_back();
   MixtureRecipe recipe{.name = name,
                        .rule = &*std::ranges::find(mixing_rules(), table.text("mix"), &MixingRule::name),
@@ -103,13 +103,13 @@ std::shared_ptr<const Material> Materials::make(const std::string& name, const T
     recipe.porosity = pores.function("porosity");
     recipe.pores = pores.text("as") == "third" ? Pores::third : Pores::sequential;
   }
-  return make_mixture(std::move(recipe), table.place("basis"));
+  return make_mixture(std::move(recipe), table.location("basis"));
 }
 
 std::string Materials::only_one() const {
   const auto materials = case_.section("material").children();
   if (materials.empty())
-    throw Error(Fault::bad_case, case_.section("material").place(), "the case has no material",
+    throw Error(Fault::bad_case, case_.section("material").location(), "the case has no material",
                 "add [material.NAME] with a conductivity, or library = \"...\" in it");
   std::vector<std::string> phases, bodies;
   for (const auto& [name, table] : materials)
@@ -120,7 +120,7 @@ std::string Materials::only_one() const {
   for (const auto& [name, table] : materials)
     if (!std::ranges::count(phases, name)) bodies.push_back(name);
   if (bodies.size() == 1) return bodies.front();
-  throw Error(Fault::bad_case, case_.section("body").place(),
+  throw Error(Fault::bad_case, case_.section("body").location(),
               bodies.empty() ? "every material is a phase of another"
                              : fmt::format("it is not said which of {} the body is made of", fmt::join(bodies, ", ")),
               "add [body] with material = \"...\", layers or regions");

@@ -17,7 +17,7 @@ class Materials {
 
   /// Throws Error(bad_case) at `place` for a name that is unknown, and at the material's own keys for what is wrong
   /// there.
-  std::shared_ptr<const Material> get(const std::string& name, const Place& place);
+  std::shared_ptr<const Material> get(const std::string& name, const SourceLocation& location);
   /// The one material that is not a phase of another; throws Error(bad_case) where there are none or several.
   std::string only_one() const;
 

@@ -30,7 +30,7 @@ PointValues checked_fraction(const Function& f, std::span<const Vec3> x, const s
     if (!(v >= -rounding && (closed ? v <= 1 + rounding : v < 1))) {
       const std::string where =
           written.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
-      throw Error(Fault::bad_case, f.place(), fmt::format("the {} is {:.6g}{}", what, v, where),
+      throw Error(Fault::bad_case, f.location(), fmt::format("the {} is {:.6g}{}", what, v, where),
                   closed ? "a fraction lies between 0 and 1" : "a porosity lies between 0 and 1, below 1");
     }
     values[i] = std::clamp(v, 0.0, 1.0);
@@ -224,25 +224,25 @@ class Mixture final : public Material {
 
 void refuse_all_but_place(const Function& f, const std::string& what) {
   if (f.depends_on_time() || f.depends_on_temperature())
-    throw Error(Fault::bad_case, f.place(),
+    throw Error(Fault::bad_case, f.location(),
                 fmt::format("the {} depends on {}", what, f.depends_on_time() ? "time" : "temperature"),
                 "it is a number or a function of place");
 }
 
 }  // namespace
 
-std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const Place& place) {
+std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const SourceLocation& location) {
   refuse_all_but_place(recipe.fraction, fmt::format("fraction in '{}'", recipe.name));
   if (recipe.porosity) refuse_all_but_place(*recipe.porosity, fmt::format("porosity of '{}'", recipe.name));
   if (recipe.basis == Basis::mass && !recipe.rule->takes_mass)
-    throw Error(Fault::bad_case, place,
+    throw Error(Fault::bad_case, location,
                 fmt::format("'{}' mixes by mass, but the rule '{}' takes fractions of the volume", recipe.name,
                             recipe.rule->name),
                 "write basis = \"volume\" and the fraction of the volume");
   for (const auto& phase : {recipe.phases[0], recipe.phases[1]})
     if (recipe.basis == Basis::mass && phase->has_capacity() && phase->density_depends_on_T())
       throw Error(
-          Fault::bad_case, place,
+          Fault::bad_case, location,
           fmt::format("'{}' mixes by mass, but the density of '{}' depends on temperature", recipe.name, phase->name),
           "give that phase a density that does not depend on temperature, or write basis = \"volume\"");
   return std::make_unique<Mixture>(std::move(recipe));

@@ -30,6 +30,6 @@ struct MixtureRecipe {
 
 /// Throws Error(bad_case) for a fraction or porosity that depends on more than place, and at `place` with Basis::mass
 /// for a rule that takes volumes only and for densities that depend on temperature.
-std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const Place& place);
+std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const SourceLocation& location);
 
 }  // namespace calor

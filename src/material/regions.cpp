@@ -21,15 +21,15 @@ struct Map {
   std::vector<BodyRegion> regions;
   std::vector<Pair> of_point;
 
-  int region(const std::string& material, const Place& place) {
+  int region(const std::string& material, const SourceLocation& location) {
     for (std::size_t m = 0; m < regions.size(); ++m)
       if (regions[m].material == material) return static_cast<int>(m);
-    regions.push_back({.material = material, .place = place});
+    regions.push_back({.material = material, .location = location});
     return static_cast<int>(regions.size()) - 1;
   }
 };
 
-void fill_layers(const Table& body, const std::vector<Table>& layers, const Cloud& cloud, const MaterialPlaces& places,
+void fill_layers(const Table& body, const std::vector<Table>& layers, const Cloud& cloud, const MaterialPoints& places,
                  Map& map) {
   if (!body.has("along"))
     body.refuse("", "[body] has layers, but not the axis across them", "add along = \"x\", \"y\" or \"z\"");
@@ -45,7 +45,7 @@ void fill_layers(const Table& body, const std::vector<Table>& layers, const Clou
     const double d = layer.number("thickness");
     if (!(d > 0)) layer.refuse("thickness", fmt::format("the thickness is {:.6g} m", d), "it must be positive");
     top.push_back((top.empty() ? 0 : top.back()) + d);
-    region.push_back(map.region(layer.text("material"), layer.place("material")));
+    region.push_back(map.region(layer.text("material"), layer.location("material")));
   }
 
   double low = std::numeric_limits<double>::max(), high = -low;
@@ -79,13 +79,13 @@ void fill_layers(const Table& body, const std::vector<Table>& layers, const Clou
   }
 }
 
-void fill_region(const Case& c, const Table& table, const Cloud& cloud, const MaterialPlaces& places, Map& map) {
+void fill_region(const Case& c, const Table& table, const Cloud& cloud, const MaterialPoints& places, Map& map) {
   if (table.has("where") == table.has("tag"))
     table.refuse("", table.has("tag") ? "the region has 'where' and 'tag'" : "the region says nothing of its points",
                  "give where = \"...\" or tag = \"...\"");
   std::vector<char> in(places.x.size());
   if (table.has("where")) {
-    together(cloud.comm, [&] { in = where(c, table, places.x); });
+    collective_try(cloud.comm, [&] { in = where(c, table, places.x); });
   } else {
     const auto tag = std::ranges::find(cloud.tags, table.text("tag"));
     if (tag == cloud.tags.end())
@@ -96,20 +96,20 @@ void fill_region(const Case& c, const Table& table, const Cloud& cloud, const Ma
   if (!any(cloud.comm, std::ranges::count(in, 1) > 0))
     table.refuse(table.has("where") ? "where" : "tag", "the region holds no point",
                  "change the selection, or leave the region out");
-  const int m = map.region(table.text("material"), table.place("material"));
+  const int m = map.region(table.text("material"), table.location("material"));
   for (std::size_t i = 0; i < in.size(); ++i)
     if (in[i]) map.of_point[i] = {m, -1};
 }
 
 }  // namespace
 
-std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPlaces& places,
+std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPoints& places,
                                      const std::string& only_material) {
   const Table body = c.section("body");
   const auto layers = body.list("layer"), regions = body.list("region");
   Map map;
   if (layers.empty() && regions.empty()) {
-    map.region(body.has("material") ? body.text("material") : only_material, body.place("material"));
+    map.region(body.has("material") ? body.text("material") : only_material, body.location("material"));
     map.regions[0].whole = true;
     return map.regions;
   }
@@ -120,12 +120,12 @@ std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const Ma
   map.of_point.assign(places.x.size(), {-1, -1});
   if (!layers.empty()) fill_layers(body, layers, cloud, places, map);
   if (body.has("material")) {
-    const int m = map.region(body.text("material"), body.place("material"));
+    const int m = map.region(body.text("material"), body.location("material"));
     std::ranges::fill(map.of_point, Pair{m, -1});
   }
   for (const Table& region : regions) fill_region(c, region, cloud, places, map);
 
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     for (std::size_t i = 0; i < places.x.size(); ++i)
       if (map.of_point[i][0] < 0)
         body.refuse("region",
@@ -141,7 +141,7 @@ std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const Ma
       map.regions[r].weight.push_back(upper < 0 ? 1 : 0.5);
     }
   }
-  if (map.regions.size() == 1) map.regions[0] = {map.regions[0].material, map.regions[0].place, true, {}, {}};
+  if (map.regions.size() == 1) map.regions[0] = {map.regions[0].material, map.regions[0].location, true, {}, {}};
   return map.regions;
 }
 

@@ -10,15 +10,15 @@
 namespace calor {
 
 /// Where materials are wanted: at the local points of a cloud, or at places between them.
-struct MaterialPlaces {
+struct MaterialPoints {
   std::span<const Vec3> x;   ///< m
   std::span<const int> tag;  ///< index into Cloud::tags, one a place
 };
 
-/// Places of one material.
+/// QuadraturePoints of one material.
 struct BodyRegion {
   std::string material;
-  Place place;                      ///< where the case names it
+  SourceLocation location;          ///< where the case names it
   bool whole = false;               ///< all places, with weight 1; the lists are empty
   std::vector<int> point = {};      ///< ascending
   std::vector<double> weight = {};  ///< the place's share of this material
@@ -27,7 +27,7 @@ struct BodyRegion {
 /// One entry per material of the body, the same on all ranks; the weights of a place add up to 1. Throws
 /// Error(bad_case) for layers that do not cover the body, selections without places, places without material.
 /// Collective.
-std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPlaces& places,
+std::vector<BodyRegion> body_regions(const Case& c, const Cloud& cloud, const MaterialPoints& places,
                                      const std::string& only_material);
 
 }  // namespace calor

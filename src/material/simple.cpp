@@ -28,7 +28,7 @@ PointValues checked_values(const Function& f, std::span<const Vec3> x, const std
     if (value > 0 && std::isfinite(value)) continue;
     const std::string where =
         values.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
-    throw Error(Fault::bad_case, f.place(), fmt::format("the {} is {:.6g} {}{}", what, value, unit, where),
+    throw Error(Fault::bad_case, f.location(), fmt::format("the {} is {:.6g} {}{}", what, value, unit, where),
                 "it must be positive everywhere");
   }
   return values;
@@ -199,13 +199,13 @@ class SimpleMaterial final : public Material {
 std::unique_ptr<Material> make_simple_material(const std::string& name, SimpleProperties properties) {
   const auto refuse_time = [&](const std::optional<Function>& f, const char* what) {
     if (f && f->depends_on_time())
-      throw Error(Fault::bad_case, f->place(), fmt::format("the {} of '{}' depends on time", what, name),
+      throw Error(Fault::bad_case, f->location(), fmt::format("the {} of '{}' depends on time", what, name),
                   "the heat a body holds must be a function of its temperature: give a source for the rest");
   };
   refuse_time(properties.density, "density");
   refuse_time(properties.specific_heat, "specific heat");
   if (properties.latent && properties.density && properties.density->depends_on_temperature())
-    throw Error(Fault::bad_case, properties.density->place(),
+    throw Error(Fault::bad_case, properties.density->location(),
                 fmt::format("the density of '{}', which melts, depends on temperature", name),
                 "a cell holds the same mass before and after: give one density");
   return std::make_unique<SimpleMaterial>(name, std::move(properties));

@@ -69,7 +69,7 @@ void Expectations::Parts::read_report(const Table& table) {
 
 std::vector<int> Expectations::Parts::select(const Case& c, const Table& table, const std::string& subject) const {
   std::vector<char> is_selected(cloud.owned, true);
-  if (subject == "where") together(cloud.comm, [&] { is_selected = where(c, table, cloud.owned_points()); });
+  if (subject == "where") collective_try(cloud.comm, [&] { is_selected = where(c, table, cloud.owned_points()); });
   std::vector<int> points;
   for (int i = 0; i < cloud.owned; ++i)
     if (is_selected[i]) points.push_back(i);
@@ -149,7 +149,7 @@ void Expectations::Parts::read_comparison(const Case& c, const Table& table, con
     if (e.value->depends_on_temperature())
       table.refuse("value", "the expected value depends on T", "use x, y, z, r and t");
   } else if (e.probe >= 0 || e.quantity->is_of_body) {
-    together(cloud.comm, [&] { e.probe_reference = reference_values(table, e.quantity->unit, e.times); });
+    collective_try(cloud.comm, [&] { e.probe_reference = reference_values(table, e.quantity->unit, e.times); });
   } else {
     e.reference.emplace(table, e.quantity->unit, cloud, e.points, e.times);
   }
@@ -175,7 +175,7 @@ std::vector<double> Expectations::Parts::values(const Comparison& e, double t, s
   if (e.quantity->name == "peak_temperature") return {weld->points().peak().begin(), weld->points().peak().end()};
   if (e.quantity->name == "cooling_time") return {weld->points().cooling().begin(), weld->points().cooling().end()};
   std::vector<double> out(T.size());
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     if (e.quantity->name == "conductivity")
       material.conductivity(t, T, out, {});
     else if (e.quantity->name == "volumetric_heat_capacity")
@@ -219,7 +219,7 @@ void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& sta
     reference.value.resize(e.points.size());
     std::vector<Vec3> x;
     for (int i : e.points) x.push_back(cloud.x[i]);
-    together(cloud.comm, [&] { e.value->evaluate({.x = x, .t = t}, reference.value); });
+    collective_try(cloud.comm, [&] { e.value->evaluate({.x = x, .t = t}, reference.value); });
   } else {
     reference = e.reference->at(static_cast<int>(k), cloud, e.points);
   }

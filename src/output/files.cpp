@@ -13,13 +13,13 @@
 namespace calor {
 
 void refuse_writing(const std::string& path, int error) {
-  throw Error(Fault::file, Place{.file = path},
+  throw Error(Fault::file, SourceLocation{.file = path},
               fmt::format("cannot be written{}{}", error ? ": " : "", error ? std::strerror(error) : ""),
               "choose a folder that you may write to, on a disk with room left: -o FOLDER");
 }
 
 void make_folder(MPI_Comm comm, const std::string& folder) {
-  together(comm, [&] {
+  collective_try(comm, [&] {
     if (rank_of(comm) != 0 || folder.empty()) return;
     std::error_code error;
     std::filesystem::create_directories(folder, error);
@@ -52,14 +52,14 @@ void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& h
     if (!file || std::ferror(file) || std::fclose(file) != 0) error = errno ? errno : EIO;
   }
   if (rank < last) MPI_Send(&error, 1, MPI_INT, rank + 1, tag, comm);
-  together(comm, [&] {
+  collective_try(comm, [&] {
     if (error) refuse_writing(path, error);
   });
 }
 
 CsvLog::CsvLog(MPI_Comm comm, const std::string& path, const std::string& header) : comm_(comm), path_(path) {
   make_folder(comm, std::filesystem::path(path).parent_path());
-  together(comm, [&] {
+  collective_try(comm, [&] {
     if (rank_of(comm) != 0) return;
     file_ = {std::fopen(path.c_str(), "w"), [](std::FILE* f) { f ? std::fclose(f) : 0; }};
     if (!file_) refuse_writing(path, errno);
@@ -70,7 +70,7 @@ CsvLog::CsvLog(MPI_Comm comm, const std::string& path, const std::string& header
 
 void CsvLog::row(std::span<const double> values) {
   if (path_.empty()) return;
-  together(comm_, [&] {
+  collective_try(comm_, [&] {
     if (!file_) return;
     const char* comma = "";
     for (double value : values) fmt::print(file_.get(), "{}{}", std::exchange(comma, ","), value);

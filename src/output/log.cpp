@@ -39,7 +39,7 @@ RunLog::~RunLog() {
 
 void RunLog::open(const std::string& folder) {
   make_folder(comm_, folder);
-  together(comm_, [&] {
+  collective_try(comm_, [&] {
     if (!sinks_->early || folder.empty()) return;
     const std::string path = folder + "/run.log";
     try {

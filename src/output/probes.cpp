@@ -64,18 +64,18 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
   int outside = 0;
   if (next.rank == rank_of(cloud.comm)) {
     int planes = 0, beyond = 0;
-    for (const Patch& patch : cloud.patches) {
-      if (patch.point != next.point) continue;
+    for (const Facet& facet : cloud.facets) {
+      if (facet.point != next.point) continue;
       // The wall of a cell-centred cloud is half a cell away.
-      const double wall = cloud.points_on_walls ? 0 : 0.5 * cloud.full_volume[next.point] / patch.area;
+      const double wall = cloud.points_on_walls ? 0 : 0.5 * cloud.full_volume[next.point] / facet.area;
       double of_face = 0, of_any = 0;
       for (const Candidate& c : near) {
         if (norm(c.x - next.x) > 1.5 * next.spacing) continue;
-        const double excess = dot(c.x - next.x, patch.normal);
+        const double excess = dot(c.x - next.x, facet.normal);
         of_any = std::max(of_any, excess);
-        if (c.on_faces >> patch.face & 1) of_face = std::max(of_face, excess);
+        if (c.on_faces >> facet.face & 1) of_face = std::max(of_face, excess);
       }
-      const double excess = dot(p - next.x, patch.normal) - wall;
+      const double excess = dot(p - next.x, facet.normal) - wall;
       ++planes;
       if (excess <= 0.01 * next.spacing + 0.5 * of_face) continue;
       ++beyond;
@@ -89,7 +89,7 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
 
 /// Refuses a place outside the body. Collective.
 void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near, const std::string& name,
-                  const Place& in_case) {
+                  const SourceLocation& in_case) {
   const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * near.front().spacing;
   if (!is_far && !is_behind_wall(cloud, p, near)) return;
   std::string bounds;
@@ -173,7 +173,7 @@ Probes::Probes(const Case& c, const Cloud& cloud, const FluxSites* sites) : comm
           fmt::format("give {} lengths; any further ones are 0", cloud.dimension));
     Vec3 place;
     for (std::size_t axis = 0; axis < at.size(); ++axis) place[static_cast<int>(axis)] = at[axis];
-    add(cloud, place, name, section.place(name));
+    add(cloud, place, name, section.location(name));
   }
   ask(sites);
 }
@@ -191,7 +191,7 @@ void Probes::ask(const FluxSites* sites) {
   value_rows_ = sites->value_rows(own);
 }
 
-void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case) {
+void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case) {
   constexpr int most[] = {8, 30, 80};  // about three times the number of cubic monomials
   std::vector<Candidate> near = nearest_points(cloud, place, most[cloud.dimension - 1]);
   check_inside(cloud, place, near, name, in_case);
@@ -244,7 +244,7 @@ void ProbeLog::record(double t, std::span<const double> T) {
 
 void declare_probes(Schema& schema) {
   schema.add({.path = "probe",
-              .sentence = "Places whose temperature is written to probes.csv, any names.",
+              .sentence = "QuadraturePoints whose temperature is written to probes.csv, any names.",
               .keys = {{.name = "*",
                         .kind = Kind::quantities,
                         .unit = "m",

@@ -9,7 +9,7 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
-#include "method/flux_sites.hpp"
+#include "conduction/flux_sites.hpp"
 #include "output/files.hpp"
 
 namespace calor {
@@ -34,7 +34,7 @@ class Probes {
 
  private:
   void ask(const FluxSites* sites);
-  void add(const Cloud& cloud, const Vec3& place, const std::string& name, const Place& in_case);
+  void add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case);
 
   std::vector<std::string> names_;
   std::vector<Vec3> places_;

@@ -92,7 +92,7 @@ class Finder {
 
 ReferenceFile::ReferenceFile(const Table& expect, const std::string& unit)
     : expect_(expect), path_(expect.file("reference")), unit_(unit) {
-  CsvReader csv(path_, expect.place("reference"));
+  CsvReader csv(path_, expect.location("reference"));
   csv.require(expect.text("column"), unit);
   for (const std::string& name : filtered(expect)) csv.require(name, csv.columns()[std::max(csv.find(name), 0)].unit);
   for (const std::string name : {"t", "time"})
@@ -149,7 +149,7 @@ std::vector<double> reference_values(const Table& expect, const std::string& uni
 PointReference::PointReference(const Table& expect, const std::string& unit, const Cloud& cloud,
                                std::span<const int> selected, std::span<const double> times) {
   const std::string name = expect.text("reference");
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     const ReferenceFile file(expect, unit);
     if (file.axes().empty())
       expect.refuse("reference", fmt::format("'{}' has no column x, y, z or r", name),

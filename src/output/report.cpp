@@ -40,7 +40,7 @@ std::string object(const std::vector<std::pair<std::string, std::string>>& membe
 
 void forget_report(MPI_Comm comm, const std::string& folder) {
   if (folder.empty()) return;
-  together(comm, [&] {
+  collective_try(comm, [&] {
     if (rank_of(comm) == 0 && std::remove((folder + "/report.json").c_str()) != 0 && errno != ENOENT)
       refuse_writing(folder + "/report.json", errno);
   });
@@ -70,7 +70,7 @@ void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const
   text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n", passed,
                       list.empty() ? "" : list + "\n  ", c.json());
   make_folder(comm, folder);
-  together(comm, [&] {
+  collective_try(comm, [&] {
     if (rank_of(comm) == 0) replace_file(folder + "/report.json", text);
   });
 }

@@ -119,11 +119,11 @@ void write_piece(const std::string& path, const Cloud& cloud, double t, const st
     return text;
   };
   std::string head = "<UnstructuredGrid>\n" + field_data(cloud, t);
-  head += fmt::format("<Piece NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n", n);
+  head += fmt::format("<Segment NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n", n);
   for (const Array& a : data) head += appended(a);
   head += "</PointData>\n<Points>\n" + appended(points) + "</Points>\n<Cells>\n";
   for (const Array& a : cells) head += appended(a);
-  head += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+  head += "</Cells>\n</Segment>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
 
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) refuse_writing(path, errno);
@@ -142,7 +142,7 @@ std::string list_of_pieces(const std::string& name, int ranks, const std::vector
   for (const Array& a : data) text += a.declared("P", "");
   text +=
       "</PPointData>\n<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n";
-  for (int r = 0; r < ranks; ++r) text += fmt::format("<Piece Source=\"{}_{}.vtu\"/>\n", name, r);
+  for (int r = 0; r < ranks; ++r) text += fmt::format("<Segment Source=\"{}_{}.vtu\"/>\n", name, r);
   return vtk_file("PUnstructuredGrid", text + "</PUnstructuredGrid>\n</VTKFile>\n");
 }
 
@@ -150,7 +150,7 @@ std::string list_of_pieces(const std::string& name, int ranks, const std::vector
 
 FieldWriter::FieldWriter(const Cloud& cloud, std::string folder) : cloud_(cloud), folder_(std::move(folder)) {
   make_folder(cloud.comm, folder_ + "/fields");
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     if (rank_of(cloud.comm) == 0) replace_file(folder_ + "/fields.pvd", collection());
   });
 }
@@ -160,12 +160,12 @@ void FieldWriter::write(double t, const std::vector<Field>& fields) {
   const std::string name = fmt::format("fields_{:04}", written_.size());
   const std::string stem = folder_ + "/fields/" + name;
   const std::vector<Array> data = point_arrays(cloud_, fields);
-  together(cloud_.comm, [&] {
+  collective_try(cloud_.comm, [&] {
     write_piece(ranks == 1 ? stem + ".vtu" : fmt::format("{}_{}.vtu", stem, rank), cloud_, t, data);
     if (rank == 0 && ranks > 1) replace_file(stem + ".pvtu", list_of_pieces(name, ranks, data));
   });
   written_.emplace_back(t, fmt::format("fields/{}.{}", name, ranks == 1 ? "vtu" : "pvtu"));
-  together(cloud_.comm, [&] {
+  collective_try(cloud_.comm, [&] {
     if (rank == 0) replace_file(folder_ + "/fields.pvd", collection());
   });
 }

@@ -45,7 +45,7 @@ std::vector<Vec3> line_places(const Vec3& from, const Vec3& to, std::size_t coun
   return places;
 }
 
-/// Places to look at on a line: several a spacing.
+/// QuadraturePoints to look at on a line: several a spacing.
 std::size_t samples_on(const Cloud& cloud, const Vec3& from, const Vec3& to) {
   constexpr double per_spacing = 4;
   return 2 + static_cast<std::size_t>(per_spacing * norm(to - from) / finest_spacing(cloud));
@@ -77,7 +77,7 @@ double crossing(std::span<const double> T, std::size_t k, double level) {
 }  // namespace
 
 Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-               const Place& in_case, const FluxSites* sites)
+               const SourceLocation& in_case, const FluxSites* sites)
     : name_(name),
       isotherm_(isotherm),
       step_(norm(to - from) / static_cast<double>(samples_on(cloud, from, to) - 1)),
@@ -130,7 +130,7 @@ WeldResults::WeldResults(const Case& c, const HeatSystem& system, const Probes& 
     const Vec3 from = end_of(table, "from", cloud), to = end_of(table, "to", cloud);
     if (from == to) table.refuse("to", "the line ends where it begins", "give two places");
     extents_.emplace_back(name, cloud, from, to, (table.has("isotherm") ? table : weld).number("isotherm"),
-                          table.place(), &system.sites());
+                          table.location(), &system.sites());
     header_ += fmt::format(",{0} [m],{0} from [m],{0} to [m]", name);
   }
   largest_.resize(extents_.size());

@@ -21,7 +21,7 @@ class Extent {
  public:
   /// Refuses lines outside the body. Collective.
   Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-         const Place& in_case, const FluxSites* sites = nullptr);
+         const SourceLocation& in_case, const FluxSites* sites = nullptr);
 
   struct Part {
     double begin = 0, end = 0;  ///< distances from `from`, m; equal where nothing is hotter

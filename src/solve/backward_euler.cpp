@@ -5,23 +5,23 @@
 namespace calor {
 namespace {
 
-class BackwardEuler final : public ImplicitMarcher {
+class BackwardEuler final : public ImplicitStepper {
  public:
-  using ImplicitMarcher::ImplicitMarcher;
+  using ImplicitStepper::ImplicitStepper;
   std::string name() const override { return "backward-euler"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool /*fresh*/,
+  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
              const AfterStep& after_step) override {
     prepare(system, state);
-    const EqualSteps steps(state.t, stretch.end(), *options_.step);
+    const EqualSteps steps(state.t, interval.end(), *options_.step);
     const double dt = steps.step();
     for (long n = 1; n <= steps.count(); ++n) {
       const double t_new = steps.time(n);
       T_ = state.T;
-      if (!solve_stage(system, stretch.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate_))
+      if (!solve_stage(system, interval.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate_))
         fail(state.t, dt);
-      take(system, state, stretch, t_new, {{dt, rate_}});
+      take(system, state, interval, t_new, {{dt, rate_}});
       if (!accept(system, state, dt, after_step)) return false;
     }
     return true;

@@ -23,10 +23,10 @@ HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, 
       accounts(conditions.accounts),
       role(cloud.local(), Role::free) {
   for (const auto& source : sources) accounts.push_back(source->name);
-  const Places* between = sites->conduction_places();
+  const QuadraturePoints* between = sites->conduction_quadrature();
   k_.resize(between ? between->x.size() : cloud.x.size());
-  if (const SparseRows* phi = sites->point_values()) point_values = std::make_unique<PointValues>(cloud, *phi);
-  is_nodal = !point_values, points_hold_heat = !sites->capacity_places();
+  if (const SparseRows* phi = sites->point_values()) point_values = std::make_unique<NodalValues>(cloud, *phi);
+  is_nodal = !point_values, points_hold_heat = !sites->capacity_quadrature();
 
   std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
   if (const PenaltyWalls* by_penalty = sites->penalty_walls())
@@ -68,7 +68,7 @@ std::span<const double> HeatSystem::Parts::values(std::span<const double> T) {
 }
 
 void HeatSystem::Parts::hold(std::span<const double> T, std::span<double> E, std::span<double> C) {
-  const CellPlaces* places = sites->capacity_places();
+  const CellQuadrature* places = sites->capacity_quadrature();
   if (!places) {
     material.enthalpy(values(T), E, C);
     for (std::span<double> held : {E, C})
@@ -90,7 +90,7 @@ void HeatSystem::Parts::hold(std::span<const double> T, std::span<double> E, std
 
 Conductivity HeatSystem::Parts::conductivity(double t, std::span<const double> T, For purpose) {
   const bool depends_on_T = material.conductivity_depends_on_T();
-  if (const Places* places = sites->conduction_places()) {
+  if (const QuadraturePoints* places = sites->conduction_quadrature()) {
     T_conduction_.resize(k_.size());
     places->phi.apply(T, T_conduction_);
     const bool with_derivative = purpose == For::jacobian && depends_on_T;
@@ -187,18 +187,18 @@ void HeatSystem::rate(double t, std::span<double> T, std::span<double> F, std::s
   std::ranges::fill(F, 0);
   std::ranges::fill(power, 0);
   for (const auto& source : parts_->sources) source->prepare(t);
-  together(parts_->cloud.comm, [&] { parts_->add_rate(t, T, F, power); });
+  collective_try(parts_->cloud.comm, [&] { parts_->add_rate(t, T, F, power); });
   if (!parts_->walls) return;
   for (int i = 0; i < parts_->cloud.owned; ++i)
     if (parts_->role[i] == Role::wall) F[i] = 0;
 }
 
 void HeatSystem::energy(std::span<const double> T, std::span<double> E) const {
-  together(parts_->cloud.comm, [&] { parts_->hold(T, E, {}); });
+  collective_try(parts_->cloud.comm, [&] { parts_->hold(T, E, {}); });
 }
 
 void HeatSystem::capacity(std::span<const double> T, std::span<double> C) const {
-  together(parts_->cloud.comm, [&] { parts_->hold(T, {}, C); });
+  collective_try(parts_->cloud.comm, [&] { parts_->hold(T, {}, C); });
 }
 
 void HeatSystem::Parts::temperatures(std::span<const double> E, std::span<double> T) {
@@ -213,7 +213,7 @@ void HeatSystem::Parts::temperatures(std::span<const double> E, std::span<double
     kept_T.push_back(T[i]);
     H[i] = 0;
   }
-  together(cloud.comm, [&] { material.temperature(H, T); });
+  collective_try(cloud.comm, [&] { material.temperature(H, T); });
   auto value = kept_T.begin();
   for (int i = 0; i < cloud.owned; ++i)
     if (role[i] != Role::free) T[i] = *value++;
@@ -261,14 +261,15 @@ void HeatSystem::step_in_enthalpy(std::span<double> T, std::span<double> dT) con
 void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
   std::vector<double> power(parts_->accounts.size());
   rate(t, T, R, power);
-  together(parts_->cloud.comm, [&] { parts_->constrain(t, T, R); });
+  collective_try(parts_->cloud.comm, [&] { parts_->constrain(t, T, R); });
   if (parts_->walls) parts_->add_wall_residual(t, T, R);
 }
 
 void HeatSystem::heat_flux(double t, std::span<double> T, std::span<Vec3> q) const {
   parts_->cloud.halo.update(T);
   std::ranges::fill(q, Vec3{});
-  together(parts_->cloud.comm, [&] { parts_->sites->heat_flux(parts_->conductivity(t, T, Parts::For::rate), T, q); });
+  collective_try(parts_->cloud.comm,
+                 [&] { parts_->sites->heat_flux(parts_->conductivity(t, T, Parts::For::rate), T, q); });
 }
 
 std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) const {
@@ -277,7 +278,7 @@ std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::sp
   for (const auto& source : parts_->sources) {
     source->prepare(t);
     std::vector<double> P(cloud.owned);
-    together(cloud.comm, [&] { source->add_power(t, T.first(cloud.owned), P); });
+    collective_try(cloud.comm, [&] { source->add_power(t, T.first(cloud.owned), P); });
     const double deposited = sum(cloud.comm, P);
     powers.push_back({source->asked(t).value_or(deposited), deposited});
   }
@@ -300,13 +301,13 @@ double HeatSystem::longest_step(double begin, double end) const {
   return longest;
 }
 
-std::vector<double> HeatSystem::breaks() const {
+std::vector<double> HeatSystem::events() const {
   std::vector<double> all;
   const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
-  for (const SurfaceTerm& term : parts_->conditions.fluxes) add(term.flux->breaks());
-  for (const PrescribedTerm& term : parts_->conditions.temperatures) add(term.temperature.breaks());
-  for (const auto& source : parts_->sources) add(source->breaks());
-  add(parts_->sites->breaks());
+  for (const SurfaceTerm& term : parts_->conditions.fluxes) add(term.flux->events());
+  for (const PrescribedTerm& term : parts_->conditions.temperatures) add(term.temperature.events());
+  for (const auto& source : parts_->sources) add(source->events());
+  add(parts_->sites->events());
   std::ranges::sort(all);
   all.erase(std::ranges::unique(all).begin(), all.end());
   return all;
@@ -325,7 +326,7 @@ double HeatSystem::temperature_span(double t, std::span<const double> T) const {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   const auto see = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
   std::ranges::for_each(parts_->values(T), see);
-  together(parts_->cloud.comm, [&] {
+  collective_try(parts_->cloud.comm, [&] {
     for (const PrescribedTerm& term : parts_->conditions.temperatures) {
       std::vector<double> wall(term.x.size());
       term.temperature.evaluate({.x = term.x, .t = t}, wall);
@@ -338,7 +339,7 @@ double HeatSystem::temperature_span(double t, std::span<const double> T) const {
 
 void HeatSystem::require_finite(double t, std::span<const double> T) const {
   const Cloud& cloud = parts_->cloud;
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     for (int i = 0; i < cloud.owned; ++i) {
       if (std::isfinite(T[i])) continue;
       const Vec3& x = cloud.x[i];

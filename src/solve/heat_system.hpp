@@ -11,8 +11,8 @@
 
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
+#include "conduction/flux_sites.hpp"
 #include "material/material_field.hpp"
-#include "method/flux_sites.hpp"
 #include "source/source.hpp"
 
 namespace calor {
@@ -110,8 +110,8 @@ class HeatSystem {
   double longest_step(double begin, double end) const;
 
   /// Times at which data jump or have kinks, sorted.
-  std::vector<double> breaks() const;
-  /// Lets the sites change that change by themselves at time t, one of the breaks (cracks that open).
+  std::vector<double> events() const;
+  /// Lets the sites change that change by themselves at time t, one of the events (cracks that open).
   void change_sites(double t);
   bool has_algebraic_walls() const;
   /// Highest less lowest temperature of body, walls and ambients at time t, K. Collective.

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "solve/heat_system.hpp"
+#include "solve/nodal_values.hpp"
 #include "solve/penalty_heat.hpp"
-#include "solve/point_values.hpp"
 #include "solve/wall_bonds.hpp"
 #include "solve/wall_rows.hpp"
 
@@ -36,7 +36,7 @@ struct HeatSystem::Parts {
   std::unique_ptr<AlgebraicWalls> walls;
   std::unique_ptr<ImageHeat> images;     ///< beyond walls of prescribed temperature; null: none
   std::unique_ptr<PenaltyHeat> penalty;  ///< holds prescribed temperatures; no point is then prescribed. null: none
-  std::unique_ptr<PointValues> point_values;  ///< null: the unknowns are temperatures
+  std::unique_ptr<NodalValues> point_values;  ///< null: the unknowns are temperatures
   bool is_nodal = true, points_hold_heat = true;
 
   /// Temperatures of the owned points; T with valid ghosts.
@@ -88,7 +88,7 @@ struct HeatSystem::Parts {
                 Mat J);
 
  private:
-  /// Calls use(f, term, q) with the fluxes of surface term f, W/m^2, or dq/dT; one value a patch.
+  /// Calls use(f, term, q) with the fluxes of surface term f, W/m^2, or dq/dT; one value a facet.
   template <class Use>
   void for_each_surface_term(double t, std::span<const double> T, bool derivative, const Use& use);
 

@@ -59,20 +59,20 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   return result.converged;
 }
 
-void ImplicitMarcher::prepare(const HeatSystem& system, const State& state) {
+void ImplicitStepper::prepare(const HeatSystem& system, const State& state) {
   if (!solver_) solver_ = std::make_unique<StageSolver>(system);
   known_.resize(state.E.size());
   T_ = state.T;
 }
 
-void ImplicitMarcher::evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate) {
+void ImplicitStepper::evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate) {
   rate.F.resize(system.cloud().owned);
   rate.power.resize(system.accounts().size());
   system.rate(t, T, rate.F, rate.power);
   ++counts.rate_evaluations;
 }
 
-bool ImplicitMarcher::solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+bool ImplicitStepper::solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
                                   const std::vector<Weighted>& rates, double tolerance, Rate& rate) {
   std::ranges::copy(E0, known_.begin());
   for (const Weighted& r : rates)
@@ -82,7 +82,7 @@ bool ImplicitMarcher::solve_stage(const HeatSystem& system, double t, double gam
   return true;
 }
 
-void ImplicitMarcher::take(const HeatSystem& system, State& state, const Stretch& stretch, double t_new,
+void ImplicitStepper::take(const HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
                            const std::vector<Weighted>& rates) {
   for (const Weighted& r : rates) {
     for (std::size_t i = 0; i < state.E.size(); ++i) state.E[i] += r.weight * r.rate.F[i];
@@ -91,14 +91,14 @@ void ImplicitMarcher::take(const HeatSystem& system, State& state, const Stretch
   state.t = t_new;
   state.T = T_;
   if (system.is_nodal()) system.temperature(state.E, state.T);
-  system.impose(stretch.data_time(t_new), state.T, state.E, state.exchanged);
+  system.impose(interval.data_time(t_new), state.T, state.E, state.exchanged);
 }
 
-double ImplicitMarcher::tight_tolerance(const HeatSystem& system, const State& state) const {
+double ImplicitStepper::tight_tolerance(const HeatSystem& system, const State& state) const {
   return 1e-10 * system.temperature_span(state.t, state.T);
 }
 
-void ImplicitMarcher::fail(double t, double dt) const {
+void ImplicitStepper::fail(double t, double dt) const {
   if (solver_->reason()) std::rethrow_exception(solver_->reason());
   throw Error(Fault::numbers,
               fmt::format("Newton's method did not converge in the step of {:.6g} s at t = {:.6g} s", dt, t),

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "solve/integrator.hpp"
-#include "solve/marching.hpp"
 #include "solve/newton.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 
@@ -37,9 +37,9 @@ class StageSolver {
 };
 
 /// A marcher whose steps are made of such stages.
-class ImplicitMarcher : public Marcher {
+class ImplicitStepper : public Stepper {
  public:
-  using Marcher::Marcher;
+  using Stepper::Stepper;
 
  protected:
   /// Heat rates of owned points, W, and of the accounts.
@@ -58,7 +58,7 @@ class ImplicitMarcher : public Marcher {
                    const std::vector<Weighted>& rates, double tolerance, Rate& rate);
   /// E += sum weight F, the same for the accounts, T from E, walls imposed: heat is conserved to round-off whatever the
   /// tolerance of the stages.
-  void take(const HeatSystem& system, State& state, const Stretch& stretch, double t_new,
+  void take(const HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
             const std::vector<Weighted>& rates);
   /// Tolerance of the stages of fixed steps, K.
   double tight_tolerance(const HeatSystem& system, const State& state) const;

@@ -52,7 +52,7 @@ class PointFinder {
 /// Temperatures from the rows of a file: every rank reads it through and keeps what belongs to its points. Rows are
 /// matched by the coordinates if the file has them, otherwise by id.
 std::vector<double> from_file(const std::string& path, const Cloud& cloud, const Table& table, const std::string& key) {
-  CsvReader csv(path, table.place(key));
+  CsvReader csv(path, table.location(key));
   const int T_column = csv.require("T", "K");
   const bool by_place = csv.find("x") >= 0;
   std::vector<int> columns;
@@ -119,11 +119,11 @@ std::vector<double> initial_temperatures(const Case& c, const Cloud& cloud) {
           "temperature",
           fmt::format("the temperature at the start depends on {}", f.depends_on_time() ? "time" : "temperature"),
           "use place only: x, y, z, r");
-    together(cloud.comm, [&] { f.evaluate({.x = cloud.owned_points()}, T); });
+    collective_try(cloud.comm, [&] { f.evaluate({.x = cloud.owned_points()}, T); });
   } else {
     std::string path = table.file(given[0]);
     if (given[0] == "result") path = (std::filesystem::path(path) / "final.csv").string();
-    together(cloud.comm, [&] { T = from_file(path, cloud, table, given[0]); });
+    collective_try(cloud.comm, [&] { T = from_file(path, cloud, table, given[0]); });
   }
   return T;
 }

@@ -59,7 +59,7 @@ void check_step(const Table& time, const HeatSystem& system, State& start, doubl
     spdlog::warn(
         "{}: the step of {:.6g} s is above the Gershgorin bound of {:.6g} s (but below the true limit of {:.6g} s): "
         "stable, but temperatures may overshoot",
-        time.place("step").text(), step, 2 / bound, limit);
+        time.location("step").text(), step, 2 / bound, limit);
 }
 
 }  // namespace
@@ -95,7 +95,7 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
   const double longest = system.longest_step(0, time.number("end"));
   if (options.step && *options.step > longest * (1 + 1e-9) && rank_of(system.cloud().comm) == 0)
     spdlog::warn("{}: a step of {:.3g} s does not resolve the moving source: 0.3 of its sigma take {:.3g} s",
-                 time.place("step").text(), *options.step, longest);
+                 time.location("step").text(), *options.step, longest);
   if (!options.step && !kind.is_adaptive && longest < time.number("end")) options.step = longest;
   if (!options.step && !kind.is_adaptive)
     time.refuse("integrator", fmt::format("{} takes fixed steps, and no step is given", kind.name),

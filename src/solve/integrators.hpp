@@ -2,7 +2,7 @@
 // The integrators, one file each.
 #include <memory>
 
-#include "solve/marching.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 

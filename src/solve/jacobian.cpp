@@ -89,7 +89,7 @@ void HeatSystem::assemble(double t, std::span<double> T, double capacity_factor,
   std::vector<double> C(cloud.owned), exchange(cloud.owned);
   const bool prescribed_is_known = !parts.point_values;
   if (capacity_factor != 0 && parts.is_nodal) capacity(T, C);
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     MatZeroEntries(J);
     const Conductivity k = parts.conductivity(t, T, exact ? Parts::For::jacobian : Parts::For::bound);
     ScaledEntries free_rows(cloud, parts.role, Role::free, prescribed_is_known, -rate_factor, J);
@@ -130,7 +130,7 @@ void HeatSystem::Parts::add_rows(std::span<const double> T, double capacity_fact
   };
   const auto add_own = [&](JacobianEntries& to, std::int32_t i, double value) { to.add(i, {&i, 1}, {&value, 1}); };
 
-  const CellPlaces* places = sites->capacity_places();
+  const CellQuadrature* places = sites->capacity_quadrature();
   std::vector<double> rho_c(places ? 0 : cloud.owned);
   if (capacity_factor != 0 && places) {
     T_capacity_.resize(places->x.size()), H_capacity_.resize(places->x.size());
@@ -163,7 +163,7 @@ bool HeatSystem::jacobian_is_constant() const {
   const Parts& parts = *parts_;
   const MaterialField& material = parts.material;
   return !material.conductivity_depends_on_T() && !material.conductivity_depends_on_time() &&
-         !material.capacity_depends_on_T() && parts.sites->breaks().empty() &&
+         !material.capacity_depends_on_T() && parts.sites->events().empty() &&
          std::ranges::all_of(parts.conditions.fluxes,
                              [](const SurfaceTerm& term) {
                                return !term.flux->depends_on_temperature() ||
@@ -185,7 +185,7 @@ double HeatSystem::rate_bound(double t, std::span<double> T) const {
   cloud.halo.update(T);
   std::vector<double> bound(cloud.owned), exchange(cloud.owned), C(cloud.owned);
   capacity(T, C);
-  together(cloud.comm, [&] {
+  collective_try(cloud.comm, [&] {
     const Conductivity k = parts.conductivity(t, T, Parts::For::bound);
     parts.sites->add_row_bound(k, bound);
     if (parts.images) parts.images->add_row_bound(k, bound);

@@ -24,9 +24,9 @@ int stages_for(double dt, double euler_limit) {
 
 double longest_step(int stages, double euler_limit) { return euler_limit * (stages * stages + stages - 2.) / 4; }
 
-class Rkl2 final : public Marcher {
+class Rkl2 final : public Stepper {
  public:
-  using Marcher::Marcher;
+  using Stepper::Stepper;
   std::string name() const override { return "rkl2"; }
 
  private:
@@ -37,25 +37,25 @@ class Rkl2 final : public Marcher {
     void resize(const State& state) { E.resize(state.E.size()), exchanged.resize(state.exchanged.size()); }
   };
 
-  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     for (Stage* stage : {&now_, &last_, &before_last_}) stage->resize(state);
     F0_.resize(state.E.size()), F_.resize(state.E.size());
     power0_.resize(state.exchanged.size()), power_.resize(state.exchanged.size());
 
-    evaluate(system, stretch.data_time(state.t), state.T, F0_, power0_);
+    evaluate(system, interval.data_time(state.t), state.T, F0_, power0_);
     const bool bound_is_constant = system.jacobian_is_constant();
     double bound = 0;
     const auto euler_limit = [&] {
-      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(stretch.data_time(state.t), state.T);
+      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(interval.data_time(state.t), state.T);
       return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
     };
 
     if (options_.step) {
-      const EqualSteps steps(state.t, stretch.end(), *options_.step);
+      const EqualSteps steps(state.t, interval.end(), *options_.step);
       for (long n = 1; n <= steps.count(); ++n) {
-        advance_stages(system, state, stretch, steps.step(), stages_for(steps.step(), euler_limit()));
-        evaluate(system, stretch.data_time(steps.time(n)), T_, F_, power_);
+        advance_stages(system, state, interval, steps.step(), stages_for(steps.step(), euler_limit()));
+        evaluate(system, interval.data_time(steps.time(n)), T_, F_, power_);
         take(state, steps.time(n));
         if (!accept(system, state, steps.step(), after_step)) return false;
       }
@@ -63,14 +63,14 @@ class Rkl2 final : public Marcher {
     }
 
     double limit = euler_limit();
-    const double longest = system.longest_step(stretch.begin(), stretch.end());
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(limit, stretch.end() - state.t));
-    while (state.t < stretch.end()) {
-      const double dt = control_.next(state.t, stretch.end(), std::min(longest, longest_step(most_stages, limit)));
-      const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
+    const double longest = system.longest_step(interval.begin(), interval.end());
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(limit, interval.end() - state.t));
+    while (state.t < interval.end()) {
+      const double dt = control_.next(state.t, interval.end(), std::min(longest, longest_step(most_stages, limit)));
+      const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       const int stages = stages_for(dt, limit);
-      advance_stages(system, state, stretch, dt, stages);
-      evaluate(system, stretch.data_time(t_new), T_, F_, power_);
+      advance_stages(system, state, interval, dt, stages);
+      evaluate(system, interval.data_time(t_new), T_, F_, power_);
       if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state),
                           least_part_of_euler * limit)) {
         ++counts.rejected;
@@ -90,7 +90,7 @@ class Rkl2 final : public Marcher {
   }
 
   /// From the state and its rate F0_ to last_ and T_, Meyer et al. eq (14)-(17).
-  void advance_stages(const HeatSystem& system, const State& state, const Stretch& stretch, double dt, int s) {
+  void advance_stages(const HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, int s) {
     const double w1 = 4 / (s * s + s - 2.);
     T_ = state.T;
     before_last_.E = state.E, before_last_.exchanged = state.exchanged;
@@ -98,11 +98,11 @@ class Rkl2 final : public Marcher {
     for (std::size_t i = 0; i < F0_.size(); ++i) last_.E[i] = state.E[i] + first * F0_[i];
     for (std::size_t a = 0; a < power0_.size(); ++a) last_.exchanged[a] = state.exchanged[a] + first * power0_[a];
     double c_last = b(1) * w1, c_before_last = 0;  // stage times by the same recursion
-    settle(system, stretch.data_time(state.t + c_last * dt), last_);
+    settle(system, interval.data_time(state.t + c_last * dt), last_);
     for (int j = 2; j <= s; ++j) {
       const double mu = (2. * j - 1) / j * b(j) / b(j - 1), nu = -(j - 1.) / j * b(j) / b(j - 2);
       const double mu_rate = mu * w1, gamma_rate = -(1 - b(j - 1)) * mu_rate;
-      evaluate(system, stretch.data_time(state.t + c_last * dt), T_, F_, power_);
+      evaluate(system, interval.data_time(state.t + c_last * dt), T_, F_, power_);
       const auto combine = [&](std::vector<double>& now, const std::vector<double>& last,
                                const std::vector<double>& before_last, const std::vector<double>& start,
                                const std::vector<double>& rate, const std::vector<double>& start_rate) {
@@ -113,7 +113,7 @@ class Rkl2 final : public Marcher {
       combine(now_.E, last_.E, before_last_.E, state.E, F_, F0_);
       combine(now_.exchanged, last_.exchanged, before_last_.exchanged, state.exchanged, power_, power0_);
       const double c = j == s ? 1 : mu * c_last + nu * c_before_last + mu_rate + gamma_rate;
-      settle(system, stretch.data_time(state.t + c * dt), now_);
+      settle(system, interval.data_time(state.t + c * dt), now_);
       std::swap(before_last_, last_);
       std::swap(last_, now_);
       c_before_last = std::exchange(c_last, c);

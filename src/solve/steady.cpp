@@ -19,7 +19,7 @@ double largest_flow(const HeatSystem& system, std::span<double> T) {
   system.heat_flux(0, T, q);
   double largest = 0;
   for (int i = 0; i < cloud.owned; ++i)
-    largest = std::max(largest, norm(q[i]) * std::pow(cloud.spacing[i], cloud.dimension - 1) * cloud.section);
+    largest = std::max(largest, norm(q[i]) * std::pow(cloud.spacing[i], cloud.dimension - 1) * cloud.cross_section);
   return max(cloud.comm, largest);
 }
 

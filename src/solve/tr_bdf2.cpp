@@ -15,45 +15,46 @@ namespace {
 
 constexpr double gamma_ = 2 - std::numbers::sqrt2, d = gamma_ / 2, w = std::numbers::sqrt2 / 4;
 
-class TrBdf2 final : public ImplicitMarcher {
+class TrBdf2 final : public ImplicitStepper {
  public:
-  using ImplicitMarcher::ImplicitMarcher;
+  using ImplicitStepper::ImplicitStepper;
   std::string name() const override { return "tr-bdf2"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     prepare(system, state);
-    return options_.step ? march_fixed(system, state, stretch, after_step)
-                         : march_adaptive(system, state, stretch, fresh, after_step);
+    return options_.step ? march_fixed(system, state, interval, after_step)
+                         : march_adaptive(system, state, interval, fresh, after_step);
   }
 
-  bool march_fixed(const HeatSystem& system, State& state, const Stretch& stretch, const AfterStep& after_step) {
-    const EqualSteps steps(state.t, stretch.end(), *options_.step);
+  bool march_fixed(const HeatSystem& system, State& state, const SmoothInterval& interval,
+                   const AfterStep& after_step) {
+    const EqualSteps steps(state.t, interval.end(), *options_.step);
     const double dt = steps.step();
     for (long n = 1; n <= steps.count(); ++n) {
-      evaluate(system, stretch.data_time(state.t), state.T, rate0_);
-      if (!stages(system, state, stretch, dt, steps.time(n), tight_tolerance(system, state))) fail(state.t, dt);
-      take(system, state, stretch, steps.time(n), weights(dt));
+      evaluate(system, interval.data_time(state.t), state.T, rate0_);
+      if (!stages(system, state, interval, dt, steps.time(n), tight_tolerance(system, state))) fail(state.t, dt);
+      take(system, state, interval, steps.time(n), weights(dt));
       if (!accept(system, state, dt, after_step)) return false;
     }
     return true;
   }
 
-  bool march_adaptive(const HeatSystem& system, State& state, const Stretch& stretch, bool fresh,
+  bool march_adaptive(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
                       const AfterStep& after_step) {
     constexpr double part_for_newton = 1e-3;
-    const double bound = system.rate_bound(stretch.data_time(state.t), state.T);
+    const double bound = system.rate_bound(interval.data_time(state.t), state.T);
     const double euler_limit = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit, stretch.end() - state.t));
-    const double longest = system.longest_step(stretch.begin(), stretch.end());
-    evaluate(system, stretch.data_time(state.t), state.T, rate0_);
-    while (state.t < stretch.end()) {
-      const double dt = control_.next(state.t, stretch.end(), longest);
-      const double t_new = dt == stretch.end() - state.t ? stretch.end() : state.t + dt;
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit, interval.end() - state.t));
+    const double longest = system.longest_step(interval.begin(), interval.end());
+    evaluate(system, interval.data_time(state.t), state.T, rate0_);
+    while (state.t < interval.end()) {
+      const double dt = control_.next(state.t, interval.end(), longest);
+      const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       const double allowed = tolerance(system, state);
-      if (!stages(system, state, stretch, dt, t_new, part_for_newton * allowed)) {
-        if (dt < 1e-6 * std::min(euler_limit, stretch.end())) fail(state.t, dt);
+      if (!stages(system, state, interval, dt, t_new, part_for_newton * allowed)) {
+        if (dt < 1e-6 * std::min(euler_limit, interval.end())) fail(state.t, dt);
         control_.reduce(dt);
         ++counts.rejected;
         continue;
@@ -62,21 +63,21 @@ class TrBdf2 final : public ImplicitMarcher {
         ++counts.rejected;
         continue;
       }
-      take(system, state, stretch, t_new, weights(dt));
+      take(system, state, interval, t_new, weights(dt));
       if (!accept(system, state, dt, after_step)) return false;
-      if (state.t < stretch.end()) evaluate(system, stretch.data_time(state.t), state.T, rate0_);
+      if (state.t < interval.end()) evaluate(system, interval.data_time(state.t), state.T, rate0_);
     }
     return true;
   }
 
   /// Both stages from the state and rate0_.
-  bool stages(const HeatSystem& system, const State& state, const Stretch& stretch, double dt, double t_new,
+  bool stages(const HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, double t_new,
               double tolerance) {
     T_ = state.T;
     counts.most_stages = 2;
-    return solve_stage(system, stretch.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}}, tolerance,
-                       rate1_) &&
-           solve_stage(system, stretch.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
+    return solve_stage(system, interval.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}},
+                       tolerance, rate1_) &&
+           solve_stage(system, interval.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
                        tolerance, rate2_);
   }
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "method/pair_flux.hpp"
+#include "conduction/pair_flux.hpp"
 
 namespace calor {
 

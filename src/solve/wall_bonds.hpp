@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "boundary/conditions.hpp"
+#include "conduction/flux_sites.hpp"
 #include "material/material_field.hpp"
-#include "method/flux_sites.hpp"
 
 namespace calor {
 

@@ -8,21 +8,20 @@
 namespace calor {
 namespace {
 
-/// For every patch of the term its part of the area that its point has on the same face.
+/// For every facet of the term its part of the area that its point has on the same face.
 std::vector<double> shares_of_faces(const Cloud& cloud, const SurfaceTerm& term) {
   std::vector<double> share(term.point.size(), term.is_plate ? 0 : 1);
   if (term.is_plate) return share;  // what goes through the cell of a wall point, which holds no heat, is left out
-  std::vector<char> used(cloud.patches.size());
+  std::vector<char> used(cloud.facets.size());
   for (std::size_t p = 0; p < term.point.size(); ++p) {
-    const auto patches = std::ranges::equal_range(cloud.patches, term.point[p], {}, &Patch::point);
-    const auto mine = std::ranges::find_if(patches, [&](const Patch& patch) {
-      return patch.area == term.area[p] && !used[&patch - cloud.patches.data()];
-    });
-    if (mine == patches.end()) continue;
-    used[&*mine - cloud.patches.data()] = 1;
+    const auto facets = std::ranges::equal_range(cloud.facets, term.point[p], {}, &Facet::point);
+    const auto mine = std::ranges::find_if(
+        facets, [&](const Facet& facet) { return facet.area == term.area[p] && !used[&facet - cloud.facets.data()]; });
+    if (mine == facets.end()) continue;
+    used[&*mine - cloud.facets.data()] = 1;
     double face_area = 0;
-    for (const Patch& patch : patches)
-      if (patch.face == mine->face) face_area += patch.area;
+    for (const Facet& facet : facets)
+      if (facet.face == mine->face) face_area += facet.area;
     share[p] = mine->area / face_area;
   }
   return share;
@@ -33,9 +32,9 @@ std::vector<double> shares_of_faces(const Cloud& cloud, const SurfaceTerm& term)
 AlgebraicWalls::AlgebraicWalls(const Cloud& cloud, const WallRows& rows, const std::vector<SurfaceTerm>& fluxes,
                                std::vector<char> active)
     : cloud_(cloud), rows_(rows), active_(std::move(active)), area_(rows.point.size()) {
-  for (const Patch& patch : cloud.patches) {
-    const auto row = std::ranges::lower_bound(rows.point, patch.point);
-    if (row != rows.point.end() && *row == patch.point) area_[row - rows.point.begin()] += patch.area;
+  for (const Facet& facet : cloud.facets) {
+    const auto row = std::ranges::lower_bound(rows.point, facet.point);
+    if (row != rows.point.end() && *row == facet.point) area_[row - rows.point.begin()] += facet.area;
   }
   for (const SurfaceTerm& term : fluxes) share_.push_back(shares_of_faces(cloud, term));
 

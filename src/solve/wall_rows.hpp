@@ -9,7 +9,7 @@
 
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
-#include "method/flux_sites.hpp"
+#include "conduction/flux_sites.hpp"
 
 namespace calor {
 
@@ -23,7 +23,7 @@ class AlgebraicWalls {
   AlgebraicWalls& operator=(const AlgebraicWalls&) = delete;
 
   const WallRows& rows() const { return rows_; }
-  /// Part of patch p of flux term f in its point's face: the flux of a face with several patches is their mean.
+  /// Part of facet p of flux term f in its point's face: the flux of a face with several facets is their mean.
   double share(std::size_t f, std::size_t p) const { return share_[f][p]; }
 
   // `exchange[i]` is the flux into owned point i, summed over its faces, W/m^2, and `exchange_derivative[i]` its d/dT.

@@ -38,11 +38,11 @@ void HeatSystem::Parts::meet_constraints(double t, std::span<double> T) {
   cloud.halo.update(T);
   if (constraint_scale.empty()) {
     std::vector<double> C(cloud.owned);
-    together(cloud.comm, [&] { hold(T, {}, C); });
+    collective_try(cloud.comm, [&] { hold(T, {}, C); });
     for (int i : prescribed) constraint_scale.push_back(C[i]);
   }
   std::vector<double> violation(cloud.owned);
-  together(cloud.comm, [&] { constrain(t, T, violation); });
+  collective_try(cloud.comm, [&] { constrain(t, T, violation); });
   const std::span<const double> T_here = values(T);
   double largest = 0, hottest = 0;
   for (std::size_t n = 0; n < prescribed.size(); ++n) {
@@ -87,7 +87,7 @@ void HeatSystem::impose(double t, std::span<double> T, std::span<double> E, std:
   const bool any_prescribed = !parts.conditions.temperatures.empty();
   if (any_prescribed && parts.point_values) parts.meet_constraints(t, T);
   if (any_prescribed && !parts.prescribed_is_held) {
-    together(parts.cloud.comm, [&] {
+    collective_try(parts.cloud.comm, [&] {
       if (!parts.point_values) prescribed_temperatures(t, T);
       parts.hold_prescribed(T);
     });
@@ -134,7 +134,7 @@ void HeatSystem::Parts::solve_walls(double t, std::span<double> T) {
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     cloud.halo.update(T);
     Conductivity k;
-    together(cloud.comm, [&] {
+    collective_try(cloud.comm, [&] {
       k = conductivity(t, T, For::jacobian);
       wall_exchange(t, T, false);
       wall_exchange(t, T, true);

@@ -34,7 +34,7 @@ class BodySource final : public Source {
     for (std::size_t i = 0; i < work_.size(); ++i) dP_dT[i] += work_[i] * volume_[i];
   }
   bool depends_on_temperature() const override { return density_.function().depends_on_temperature(); }
-  std::vector<double> breaks() const override { return density_.function().breaks(); }
+  std::vector<double> events() const override { return density_.function().events(); }
 
  private:
   PointFunction density_;  // W/m^3

@@ -28,7 +28,7 @@ std::optional<BoxBody> box_body(const Cloud& cloud) {
     for (int i = 0; i < cloud.owned; ++i) half_cell = std::max(half_cell, 0.5 * cloud.spacing[i]);
   half_cell = max(cloud.comm, half_cell);
   BoxBody box{.low = {}, .high = {}, .dimension = cloud.dimension};
-  double volume = cloud.section;
+  double volume = cloud.cross_section;
   for (int a = 0; a < cloud.dimension; ++a) {
     box.low[a] = min(cloud.comm, bounds.low[a]) - half_cell;
     box.high[a] = max(cloud.comm, bounds.high[a]) + half_cell;

@@ -1,8 +1,8 @@
 // A Gaussian column through the body: Q = q / (2 pi sigma^2 h) exp(-r^2 / (2 sigma^2)), h the thickness.
 #include <cmath>
 
-#include "source/concentrated.hpp"
 #include "source/kinds.hpp"
+#include "source/moving_source.hpp"
 
 namespace calor {
 
@@ -22,13 +22,13 @@ const SourceKind column_source = {
     .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
       const Table column = table.sub("column");
       const double sigma = sigma_of(column);
-      return make_concentrated(name, table, cloud,
-                               {.along = Spread::gaussian(sigma),
-                                .across = Spread::gaussian(sigma),
-                                .is_round = true,
-                                .axis = axis_through(column, cloud.dimension),
-                                .radius = std::sqrt(6) * sigma,
-                                .sigma = sigma});
+      return make_moving_source(name, table, cloud,
+                                {.along = SourceProfile::gaussian(sigma),
+                                 .across = SourceProfile::gaussian(sigma),
+                                 .is_round = true,
+                                 .axis = axis_through(column, cloud.dimension),
+                                 .radius = std::sqrt(6) * sigma,
+                                 .sigma = sigma});
     }};
 
 }  // namespace calor

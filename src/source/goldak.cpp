@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "source/concentrated.hpp"
 #include "source/kinds.hpp"
+#include "source/moving_source.hpp"
 
 namespace calor {
 
@@ -36,15 +36,15 @@ const SourceKind goldak_source = {
       const Direction into = direction_of(goldak, "into", 3);
       const auto sigma = [&](const char* key) { return positive_length(goldak, key) / std::sqrt(6); };
       const double front = sigma("front"), rear = sigma("rear"), width = sigma("width"), depth = sigma("depth");
-      return make_concentrated(name, table, cloud,
-                               {.along = Spread::gaussian(front, rear, front / (front + rear)),
-                                .across = Spread::gaussian(width),
-                                .is_round = front == rear && front == width,
-                                .axis = into.axis,
-                                .into = into.sign,
-                                .depth = Spread::half_gaussian(depth),
-                                .radius = std::sqrt(6) * std::min({front, rear, width, depth}),
-                                .sigma = std::min(front, rear)});
+      return make_moving_source(name, table, cloud,
+                                {.along = SourceProfile::gaussian(front, rear, front / (front + rear)),
+                                 .across = SourceProfile::gaussian(width),
+                                 .is_round = front == rear && front == width,
+                                 .axis = into.axis,
+                                 .into = into.sign,
+                                 .depth = SourceProfile::half_gaussian(depth),
+                                 .radius = std::sqrt(6) * std::min({front, rear, width, depth}),
+                                 .sigma = std::min(front, rear)});
     }};
 
 }  // namespace calor

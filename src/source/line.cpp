@@ -3,8 +3,8 @@
 #include <algorithm>
 
 #include "base/parallel.hpp"
-#include "source/concentrated.hpp"
 #include "source/kinds.hpp"
+#include "source/moving_source.hpp"
 
 namespace calor {
 
@@ -25,8 +25,8 @@ const SourceKind line_source = {
       const Table line = table.sub("line");
       double spacing = 0;
       for (int i = 0; i < cloud.owned; ++i) spacing = std::max(spacing, cloud.spacing[i]);
-      const Spread narrow = Spread::box(max(cloud.comm, spacing));
-      return make_concentrated(
+      const SourceProfile narrow = SourceProfile::box(max(cloud.comm, spacing));
+      return make_moving_source(
           name, table, cloud,
           {.along = narrow, .across = narrow, .is_round = true, .axis = axis_through(line, cloud.dimension)});
     }};

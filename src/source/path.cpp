@@ -37,8 +37,8 @@ double power_of(const Table& table) {
   return power;
 }
 
-std::vector<Path::Piece> read_passes(const Table& source, const std::vector<Table>& passes, int dimension) {
-  std::vector<Path::Piece> pieces;
+std::vector<Path::Segment> read_passes(const Table& source, const std::vector<Table>& passes, int dimension) {
+  std::vector<Path::Segment> segments;
   double t = 0;
   std::optional<Vec3> place;
   for (const Table& pass : passes) {
@@ -56,7 +56,7 @@ std::vector<Path::Piece> read_passes(const Table& source, const std::vector<Tabl
       source.refuse("", fmt::format("[{}] has no power", source.path()), "add power = \"2 kW\"");
     const double power = power_of(pass.has("power") ? pass : source);
     const auto go = [&](double duration, const Vec3& to) {
-      pieces.push_back({t, t + duration, *place, to, power, power});
+      segments.push_back({t, t + duration, *place, to, power, power});
       t += duration, place = to;
     };
     if (!pass.has("to") && !pass.has("dwell"))
@@ -72,17 +72,17 @@ std::vector<Path::Piece> read_passes(const Table& source, const std::vector<Tabl
     }
     if (pass.has("dwell")) go(positive(pass, "dwell", "s"), *place);
   }
-  return pieces;
+  return segments;
 }
 
-std::vector<Path::Piece> read_file(const Table& source, int dimension) {
+std::vector<Path::Segment> read_file(const Table& source, int dimension) {
   std::optional<CsvReader> csv;
   try {
     csv.emplace(source.file("path"));
   } catch (const Error& e) {
     if (e.fault() != Fault::file) throw;
-    throw Error(Fault::file, source.place("path"), fmt::format("the file \"{}\" {}", source.file("path"), e.problem()),
-                e.cure());
+    throw Error(Fault::file, source.location("path"),
+                fmt::format("the file \"{}\" {}", source.file("path"), e.problem()), e.cure());
   }
   const int t = csv->require("t", "s"), power = csv->find("power") >= 0 ? csv->require("power", "W") : -1;
   if (power >= 0 && source.has("power"))
@@ -92,38 +92,38 @@ std::vector<Path::Piece> read_file(const Table& source, int dimension) {
   if (power < 0 && !source.has("power"))
     source.refuse("", fmt::format("[{}] has no power", source.path()),
                   "add power = \"2 kW\", or a column power [W] to the file of the path");
-  std::vector<Path::Piece> pieces;
+  std::vector<Path::Segment> segments;
   double last_t = 0, last_power = 0;
   Vec3 last;
   for (long row = 1; csv->next(); ++row) {
     Vec3 x;
     for (int a = 0; a < dimension; ++a) x[a] = csv->number(axis[a]);
     const double now = csv->number(t), p = power >= 0 ? csv->number(power) : power_of(source);
-    if (p < 0) throw Error(Fault::bad_case, csv->place(power), "the power is negative", "give a positive one, or 0");
+    if (p < 0) throw Error(Fault::bad_case, csv->location(power), "the power is negative", "give a positive one, or 0");
     if (row > 1 && now < last_t)
-      throw Error(Fault::bad_case, csv->place(t), fmt::format("{:g} s after {:g} s", now, last_t),
+      throw Error(Fault::bad_case, csv->location(t), fmt::format("{:g} s after {:g} s", now, last_t),
                   "sort the rows by time; two rows of one time are a jump");
-    if (row > 1 && now > last_t) pieces.push_back({last_t, now, last, x, last_power, p});
+    if (row > 1 && now > last_t) segments.push_back({last_t, now, last, x, last_power, p});
     last_t = now, last = x, last_power = p;
   }
-  if (pieces.empty())
+  if (segments.empty())
     source.refuse("path", "the file has fewer than two times", "give at least two rows: the path is what lies between");
-  return pieces;
+  return segments;
 }
 
 bool same_time(double a, double b) { return std::abs(a - b) <= 1e-12 * std::max(std::abs(a), std::abs(b)); }
 
-Vec3 velocity(const Path::Piece& p) { return 1 / (p.end - p.begin) * (p.to - p.from); }
+Vec3 velocity(const Path::Segment& p) { return 1 / (p.end - p.begin) * (p.to - p.from); }
 
 }  // namespace
 
-Path::Path(std::vector<Piece> pieces) : pieces_(std::move(pieces)), direction_(pieces_.size()) {
-  const auto moves = [&](std::size_t n) { return !(pieces_[n].from == pieces_[n].to); };
-  const auto unit = [&](std::size_t n) { return 1 / norm(velocity(pieces_[n])) * velocity(pieces_[n]); };
+Path::Path(std::vector<Segment> segments) : segments_(std::move(segments)), direction_(segments_.size()) {
+  const auto moves = [&](std::size_t n) { return !(segments_[n].from == segments_[n].to); };
+  const auto unit = [&](std::size_t n) { return 1 / norm(velocity(segments_[n])) * velocity(segments_[n]); };
   std::optional<Vec3> direction;
-  for (std::size_t n = 0; n < pieces_.size() && !direction; ++n)
+  for (std::size_t n = 0; n < segments_.size() && !direction; ++n)
     if (moves(n)) direction = unit(n);
-  for (std::size_t n = 0; n < pieces_.size(); ++n) {
+  for (std::size_t n = 0; n < segments_.size(); ++n) {
     if (moves(n)) direction = unit(n);
     direction_[n] = direction.value_or(Vec3{1, 0, 0});
   }
@@ -146,20 +146,20 @@ Path Path::read(const Table& source, int dimension) {
   return Path({{0, std::numeric_limits<double>::max(), place, place, power, power}});
 }
 
-std::optional<Spot> Path::at(double t) const {
-  const auto next = std::ranges::upper_bound(pieces_, t, {}, &Piece::begin);
-  if (next == pieces_.begin()) return std::nullopt;
-  const Piece& p = *std::prev(next);
+std::optional<Pose> Path::at(double t) const {
+  const auto next = std::ranges::upper_bound(segments_, t, {}, &Segment::begin);
+  if (next == segments_.begin()) return std::nullopt;
+  const Segment& p = *std::prev(next);
   if (t > p.end) return std::nullopt;
   const double s = (t - p.begin) / (p.end - p.begin);
-  return Spot{.place = p.from + s * (p.to - p.from),
-              .direction = direction_[&p - pieces_.data()],
+  return Pose{.place = p.from + s * (p.to - p.from),
+              .direction = direction_[&p - segments_.data()],
               .power = p.power_from + s * (p.power_to - p.power_from)};
 }
 
 double Path::energy(double t) const {
   double energy = 0;
-  for (const Piece& p : pieces_) {
+  for (const Segment& p : segments_) {
     const double begin = std::max(p.begin, 0.0), end = std::min(p.end, t);
     if (end <= begin) continue;
     const auto power = [&](double time) {
@@ -170,21 +170,21 @@ double Path::energy(double t) const {
   return energy;
 }
 
-std::vector<double> Path::breaks() const {
+std::vector<double> Path::events() const {
   std::vector<double> times;
-  for (std::size_t n = 0; n < pieces_.size(); ++n) {
-    const Piece& p = pieces_[n];
-    const bool follows = n > 0 && same_time(pieces_[n - 1].end, p.begin);
+  for (std::size_t n = 0; n < segments_.size(); ++n) {
+    const Segment& p = segments_[n];
+    const bool follows = n > 0 && same_time(segments_[n - 1].end, p.begin);
     bool smooth = follows;
     if (follows) {
-      const Piece& before = pieces_[n - 1];
+      const Segment& before = segments_[n - 1];
       const Vec3 v = velocity(before), w = velocity(p);
       // The bends of a finely sampled path are no jumps.
       const double bend = norm(w - v), speed = std::max(norm(v), norm(w));
       smooth = before.to == p.from && before.power_to == p.power_from && bend <= 0.3 * speed;
     }
     if (!smooth) times.push_back(p.begin);
-    const bool ends = n + 1 == pieces_.size() || !same_time(p.end, pieces_[n + 1].begin);
+    const bool ends = n + 1 == segments_.size() || !same_time(p.end, segments_[n + 1].begin);
     if (ends && p.end < std::numeric_limits<double>::max()) times.push_back(p.end);
   }
   return times;
@@ -192,14 +192,14 @@ std::vector<double> Path::breaks() const {
 
 double Path::fastest(double begin, double end) const {
   double speed = 0;
-  for (const Piece& p : pieces_)
+  for (const Segment& p : segments_)
     if (p.begin < end && p.end > begin) speed = std::max(speed, norm(velocity(p)));
   return speed;
 }
 
 double Path::largest_power() const {
   double power = 0;
-  for (const Piece& p : pieces_) power = std::max({power, p.power_from, p.power_to});
+  for (const Segment& p : segments_) power = std::max({power, p.power_from, p.power_to});
   return power;
 }
 
@@ -221,7 +221,7 @@ void declare_paths(Schema& schema) {
            {"normalise", Kind::flag, "", "true",
             "What goes into the body is exactly the power asked for, at edges too. Otherwise heat that falls beside "
             "the body is lost; energy.csv shows it."},
-           {"at", Kind::quantities, "m", optional, "Place of a source at rest."},
+           {"at", Kind::quantities, "m", optional, "SourceLocation of a source at rest."},
            {"path", Kind::text, "", optional,
             "CSV file with columns t, x, y, z and perhaps power, linear in between; off before the first and "
             "after the last row. Two rows of one time are a jump."}}});

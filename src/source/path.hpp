@@ -10,7 +10,7 @@
 namespace calor {
 
 /// A source at one time.
-struct Spot {
+struct Pose {
   Vec3 place;      ///< m
   Vec3 direction;  ///< unit vector along the motion; of a source at rest, that of the motion before or after
   double power;    ///< W
@@ -19,30 +19,30 @@ struct Spot {
 class Path {
  public:
   /// A straight piece of the way, in time; place and power are linear in between.
-  struct Piece {
+  struct Segment {
     double begin, end;  ///< s
     Vec3 from, to;      ///< m
     double power_from, power_to;
   };
 
-  /// Pieces in order of time; where they leave gaps the source is off.
-  explicit Path(std::vector<Piece> pieces);
+  /// Segments in order of time; where they leave gaps the source is off.
+  explicit Path(std::vector<Segment> segments);
   /// The path that a [source.NAME] gives by [[source.NAME.pass]], `path` or `at`. Throws Error(bad_case).
   static Path read(const Table& source, int dimension);
 
-  /// Nothing while the source is off. Where two pieces meet the later one counts.
-  std::optional<Spot> at(double t) const;
+  /// Nothing while the source is off. Where two segments meet the later one counts.
+  std::optional<Pose> at(double t) const;
   /// Energy given since t = 0, J.
   double energy(double t) const;
   /// Times at which place, power or velocity jump, ascending.
-  std::vector<double> breaks() const;
+  std::vector<double> events() const;
   /// Largest speed between two times, m/s.
   double fastest(double begin, double end) const;
   double largest_power() const;  ///< W
-  const std::vector<Piece>& pieces() const { return pieces_; }
+  const std::vector<Segment>& segments() const { return segments_; }
 
  private:
-  std::vector<Piece> pieces_;
+  std::vector<Segment> segments_;
   std::vector<Vec3> direction_;  ///< of every piece
 };
 

@@ -33,7 +33,7 @@ std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cl
     }
     const SourceKind& kind = *std::ranges::find_if(kinds(), given);
     std::unique_ptr<Source> source;
-    together(cloud.comm, [&] { source = kind.make(name, t, cloud); });
+    collective_try(cloud.comm, [&] { source = kind.make(name, t, cloud); });
     if (std::ranges::count(c.section("boundary").children(), name, [](const auto& b) { return b.first; }))
       table.refuse("", fmt::format("'{}' is the name of a boundary too", name),
                    "give it another name: both have a column of that name in energy.csv");

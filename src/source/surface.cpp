@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "source/concentrated.hpp"
 #include "source/kinds.hpp"
+#include "source/moving_source.hpp"
 
 namespace calor {
 namespace {
@@ -22,7 +22,7 @@ std::pair<int, int> face_and_axis(const Table& surface, const Cloud& cloud) {
         cloud.faces.empty() ? "the cloud has none" : fmt::format("the faces are {}", fmt::join(cloud.faces, ", ")));
   const int f = static_cast<int>(face - cloud.faces.begin());
   std::vector<double> normal;
-  for (const Patch& p : cloud.patches)
+  for (const Facet& p : cloud.facets)
     if (p.face == f) normal.insert(normal.end(), {std::abs(p.normal.x), std::abs(p.normal.y), std::abs(p.normal.z)});
   const std::vector<double> most = sums(cloud.comm, normal, 3);
   return {f, static_cast<int>(std::ranges::max_element(most) - most.begin())};
@@ -45,14 +45,14 @@ const SourceKind surface_source = {
       const Table surface = table.sub("surface");
       const double sigma = sigma_of(surface);
       const auto [face, axis] = face_and_axis(surface, cloud);
-      return make_concentrated(name, table, cloud,
-                               {.along = Spread::gaussian(sigma),
-                                .across = Spread::gaussian(sigma),
-                                .is_round = true,
-                                .axis = axis,
-                                .face = face,
-                                .radius = std::sqrt(6) * sigma,
-                                .sigma = sigma});
+      return make_moving_source(name, table, cloud,
+                                {.along = SourceProfile::gaussian(sigma),
+                                 .across = SourceProfile::gaussian(sigma),
+                                 .is_round = true,
+                                 .axis = axis,
+                                 .face = face,
+                                 .radius = std::sqrt(6) * sigma,
+                                 .sigma = sigma});
     }};
 
 }  // namespace calor

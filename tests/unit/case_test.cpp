@@ -174,10 +174,10 @@ TEST(Case, KeepsNamedTablesInTheOrderOfTheFile) {
 
 TEST(Case, KnowsThePlaceOfEveryValue) {
   const Table steel = with("  porosity =   0.3\n").section("material").sub("steel");
-  EXPECT_EQ(steel.place("porosity").text(), "folder/a.toml:5:16");
-  EXPECT_EQ(steel.place("conductivity").text(), "folder/a.toml:4:16");
-  EXPECT_EQ(steel.place().text(), "folder/a.toml:3:1");
-  EXPECT_EQ(steel.place("note").text(), "folder/a.toml:3:1");  // absent: the table's
+  EXPECT_EQ(steel.location("porosity").text(), "folder/a.toml:5:16");
+  EXPECT_EQ(steel.location("conductivity").text(), "folder/a.toml:4:16");
+  EXPECT_EQ(steel.location().text(), "folder/a.toml:3:1");
+  EXPECT_EQ(steel.location("note").text(), "folder/a.toml:3:1");  // absent: the table's
   const Error e = error_of([&] { steel.refuse("porosity", "too many holes", "fill some"); });
   EXPECT_STREQ(e.what(), "folder/a.toml:5:16: too many holes: fill some");
   EXPECT_EQ(e.fault(), Fault::bad_case);
@@ -347,8 +347,8 @@ TEST(CaseFunction, IsAFormulaInItsOwnUnits) {
 }
 
 TEST(CaseFunction, OfAFormulaKnowsItsBreaks) {
-  const Function k = conductivity("{ formula = \"t < 60 ? 1 : 2\", unit = \"W/(m K)\", breaks = [\"1 min\"] }");
-  EXPECT_EQ(k.breaks(), std::vector<double>{60});
+  const Function k = conductivity("{ formula = \"t < 60 ? 1 : 2\", unit = \"W/(m K)\", events = [\"1 min\"] }");
+  EXPECT_EQ(k.events(), std::vector<double>{60});
 }
 
 TEST(CaseFunction, IsATableOfTemperature) {
@@ -576,7 +576,7 @@ TEST(BadFunction, IsAFileThatIsNoTable) {
     const std::string file =
         folder.write("a.toml", "title = \"A\"\n[cloud]\n[material.a]\nconductivity = { file = \"k.csv\" }\n");
     const Error e = error_of([&] { Case::read(file, {}, keys()); });
-    return std::filesystem::path(e.place().text()).filename().string() + ": " + e.problem();
+    return std::filesystem::path(e.location().text()).filename().string() + ": " + e.problem();
   };
   EXPECT_EQ(refused("T [K],k [W/(m K)],q\n1,2,3\n"), "k.csv:1: the file has 3 columns");
   EXPECT_EQ(refused("T [K],k [W/(m K)]\n300,1\n300,2\n"),

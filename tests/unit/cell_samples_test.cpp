@@ -44,7 +44,7 @@ TEST(CellSamples, FillTheBoxesOfALatticeExactly) {
     for (int k = 0; k < cloud.owned; ++k) {
       Vec3 mean, expected = cloud.x[k];
       for (auto n = s.row[k]; n < s.row[k + 1]; ++n) mean += (s.weight[n] / cloud.volume[k]) * s.x[n];
-      for (const Patch& p : cloud.patches)
+      for (const Facet& p : cloud.facets)
         if (on_walls && p.point == k) expected -= 0.025 * p.normal;
       EXPECT_NEAR(norm(mean - expected), 0, 1e-14);
     }

@@ -64,11 +64,11 @@ TEST(CloudOfACase, CountsThicknessAndSectionInVolumesAndAreas) {
   const Cloud plate = cloud_of("shape = \"box\"\nsize = [\"1 m\", \"2 m\"]\npoints = [3, 5]\nthickness = \"10 cm\"");
   EXPECT_DOUBLE_EQ(check(plate).volume, 0.2);
   double xmin = 0;
-  for (const Patch& p : plate.patches) xmin += p.face == 0 ? p.area : 0;
+  for (const Facet& p : plate.facets) xmin += p.face == 0 ? p.area : 0;
   EXPECT_DOUBLE_EQ(xmin, 0.2);  // 2 m long, 0.1 m thick
   const Cloud bar = cloud_of("shape = \"box\"\nsize = [\"1 m\"]\npoints = [3]\nsection = \"1 cm^2\"");
   EXPECT_DOUBLE_EQ(check(bar).volume, 1e-4);
-  EXPECT_DOUBLE_EQ(bar.patches[0].area, 1e-4);
+  EXPECT_DOUBLE_EQ(bar.facets[0].area, 1e-4);
   const Cloud disc = cloud_of("shape = \"disc\"\nradius = \"1 m\"\nrings = 4\nthickness = \"25 cm\"");
   EXPECT_NEAR(check(disc).volume, std::numbers::pi / 4, 1e-14);
 }

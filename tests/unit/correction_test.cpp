@@ -1,4 +1,4 @@
-#include "method/correction.hpp"
+#include "conduction/correction.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "method/correction_steps.hpp"
+#include "conduction/correction_steps.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
@@ -37,7 +37,7 @@ double linear_error(const Cloud& cloud, const Weights& w) {
   for (int i = 0; i < cloud.owned; ++i) {
     Vec3 sum = cloud.area[i];
     for (const int j : w.neighbours.of(i)) sum += weight(w, i, j) * (cloud.x[j] - cloud.x[i]);
-    largest = std::max(largest, norm(sum) / std::pow(cloud.spacing[i], cloud.dimension - 1) / cloud.section);
+    largest = std::max(largest, norm(sum) / std::pow(cloud.spacing[i], cloud.dimension - 1) / cloud.cross_section);
   }
   return largest;
 }

@@ -8,9 +8,9 @@
 #include <limits>
 
 #include "base/parallel.hpp"
-#include "method/correction_steps.hpp"
-#include "method/cracked_pairs.hpp"
-#include "method/peridynamics.hpp"
+#include "conduction/correction_steps.hpp"
+#include "conduction/cracked_pairs.hpp"
+#include "conduction/peridynamics.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
@@ -293,7 +293,7 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   crack.opens = 2;
   PairSites sites = cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
   EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
-  EXPECT_EQ(sites.breaks(), std::vector<double>{2});
+  EXPECT_EQ(sites.events(), std::vector<double>{2});
   sites.change(1.9);
   EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
   sites.change(2);
@@ -312,9 +312,9 @@ TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
   EXPECT_EQ(cracks.moved(), 11);  // x = -0.5, -0.4, ..., 0.5
   for (int i = 0; i < cloud.owned; ++i) {
     if (std::abs(cloud.x[i].y) < 1e-12 && std::abs(cloud.x[i].x) < 0.45) {
-      EXPECT_NEAR(cracks.place(i).y, 1e-3 * cloud.spacing[i], 1e-12);
+      EXPECT_NEAR(cracks.location(i).y, 1e-3 * cloud.spacing[i], 1e-12);
     } else if (std::abs(cloud.x[i].y) > 1e-12) {
-      EXPECT_EQ(cracks.place(i), cloud.x[i]);
+      EXPECT_EQ(cracks.location(i), cloud.x[i]);
     }
   }
   const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1));

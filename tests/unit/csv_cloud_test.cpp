@@ -58,21 +58,21 @@ TEST(CsvCloud, ReadsPiecesOfSurfaceWithTheirFaces) {
       "1,1,1,0,0,,0,0,\n");
   EXPECT_TRUE(p.has_areas);
   EXPECT_EQ(p.faces, (std::vector<std::string>{"left", "low"}));
-  EXPECT_EQ(p.points[0].patches, 2);
+  EXPECT_EQ(p.points[0].facets, 2);
   EXPECT_EQ(p.points[0].area, (Vec3{-2, -3, 0}));
   EXPECT_EQ(p.points[0].on_faces, 3u);
   EXPECT_EQ(p.points[1].on_faces, 2u);
-  EXPECT_EQ(p.points[2].patches, 0);
-  ASSERT_EQ(p.patches.size(), 3u);
-  EXPECT_EQ(p.patches[1].face, 1);
-  EXPECT_EQ(p.patches[1].area, 3);
-  EXPECT_EQ(p.patches[1].normal, (Vec3{0, -1, 0}));
+  EXPECT_EQ(p.points[2].facets, 0);
+  ASSERT_EQ(p.facets.size(), 3u);
+  EXPECT_EQ(p.facets[1].face, 1);
+  EXPECT_EQ(p.facets[1].area, 3);
+  EXPECT_EQ(p.facets[1].normal, (Vec3{0, -1, 0}));
 }
 
 TEST(CsvCloud, CallsTheFaceSurfaceWhereItHasNoName) {
   const Points p = read("x [m],volume [m^3],area_x [m^2]\n0,1,-1\n1,1,1\n");
   EXPECT_EQ(p.faces, std::vector<std::string>{"surface"});
-  EXPECT_EQ(p.patches[1].normal, (Vec3{1, 0, 0}));
+  EXPECT_EQ(p.facets[1].normal, (Vec3{1, 0, 0}));
 }
 
 TEST(CsvCloud, NamesThePlaceOfWhatIsWrong) {
@@ -149,7 +149,7 @@ TEST(CsvCloudParallel, HasTheSameErrorOnAllRanks) {
   const TemporaryFolder folder(MPI_COMM_WORLD);
   const std::string file = folder.write("cloud.csv", text);
   const Error e = error_of([&] { read_points(MPI_COMM_WORLD, file, [](int) { return 1.0; }); });
-  EXPECT_EQ(e.place().line, 83);  // header, 81 rows, this one
+  EXPECT_EQ(e.location().line, 83);  // header, 81 rows, this one
 }
 
 }  // namespace

@@ -69,8 +69,8 @@ TEST(DistributeParallel, GivesEveryPointToExactlyOneRankInEqualShares) {
 TEST(DistributeParallel, KeepsWhatBelongsToAPoint) {
   const Points all = random_points(MPI_COMM_SELF, 500, 3);
   std::vector<int> first_patch;
-  int patches = 0;
-  for (const Point& p : all.points) first_patch.push_back(patches), patches += p.patches;
+  int facets = 0;
+  for (const Point& p : all.points) first_patch.push_back(facets), facets += p.facets;
   const Cloud c = distribute(world, random_points(world, 500, 3), 0.2);
   std::size_t next = 0;
   for (int i = 0; i < c.local(); ++i) {
@@ -82,15 +82,15 @@ TEST(DistributeParallel, KeepsWhatBelongsToAPoint) {
     EXPECT_EQ(c.area[i], p.area);
     EXPECT_EQ(c.on_faces[i], p.on_faces);
     EXPECT_EQ(c.tag[i], p.tag);
-    for (int n = 0; i < c.owned && n < p.patches; ++n, ++next) {
-      ASSERT_LT(next, c.patches.size());
-      EXPECT_EQ(c.patches[next].point, i);
-      EXPECT_EQ(c.patches[next].face, all.patches[first_patch[c.id[i]] + n].face);
-      EXPECT_EQ(c.patches[next].area, all.patches[first_patch[c.id[i]] + n].area);
-      EXPECT_EQ(c.patches[next].normal, all.patches[first_patch[c.id[i]] + n].normal);
+    for (int n = 0; i < c.owned && n < p.facets; ++n, ++next) {
+      ASSERT_LT(next, c.facets.size());
+      EXPECT_EQ(c.facets[next].point, i);
+      EXPECT_EQ(c.facets[next].face, all.facets[first_patch[c.id[i]] + n].face);
+      EXPECT_EQ(c.facets[next].area, all.facets[first_patch[c.id[i]] + n].area);
+      EXPECT_EQ(c.facets[next].normal, all.facets[first_patch[c.id[i]] + n].normal);
     }
   }
-  EXPECT_EQ(next, c.patches.size());
+  EXPECT_EQ(next, c.facets.size());
 }
 
 TEST(DistributeParallel, HasEveryPointWithinTheSupportOfABlockAsGhost) {
@@ -129,12 +129,12 @@ TEST(DistributeParallel, MakesTheSameBlocksWhereverThePointsStart) {
   Points shuffled = random_points(world, 300, 2);
   // Everything from the last rank, in reverse.
   shuffled.points = gather(world, shuffled.points);
-  shuffled.patches = gather(world, shuffled.patches);
+  shuffled.facets = gather(world, shuffled.facets);
   if (rank_of(world) + 1 < size_of(world)) {
-    shuffled.points.clear(), shuffled.patches.clear();
+    shuffled.points.clear(), shuffled.facets.clear();
   } else {
-    for (Point& p : shuffled.points) p.patches = 0;
-    shuffled.patches.clear();
+    for (Point& p : shuffled.points) p.facets = 0;
+    shuffled.facets.clear();
     std::ranges::reverse(shuffled.points);
   }
   const Cloud a = distribute(world, random_points(world, 300, 2), 0.2), b = distribute(world, std::move(shuffled), 0.2);

@@ -12,15 +12,15 @@ TEST(Errors, SayPlaceProblemAndCureInOneLine) {
                "weld.toml:14:9: 'conductivty' is not a key of [material.steel]: did you mean 'conductivity'?");
   EXPECT_EQ(e.problem(), "'conductivty' is not a key of [material.steel]");
   EXPECT_EQ(e.cure(), "did you mean 'conductivity'?");
-  EXPECT_EQ(e.place().line, 14);
+  EXPECT_EQ(e.location().line, 14);
 }
 
 TEST(Errors, LeaveOutWhatIsUnknown) {
   EXPECT_STREQ(Error(Fault::numbers, "it diverges", "").what(), "it diverges");
   EXPECT_STREQ(Error(Fault::numbers, "it diverges", "take smaller steps").what(), "it diverges: take smaller steps");
-  EXPECT_EQ((Place{"a.csv", 3, 0}.text()), "a.csv:3");
-  EXPECT_EQ((Place{"a.csv", 0, 0}.text()), "a.csv");
-  EXPECT_EQ(Place{}.text(), "");
+  EXPECT_EQ((SourceLocation{"a.csv", 3, 0}.text()), "a.csv:3");
+  EXPECT_EQ((SourceLocation{"a.csv", 0, 0}.text()), "a.csv");
+  EXPECT_EQ(SourceLocation{}.text(), "");
 }
 
 TEST(Errors, HaveTheExitCodeOfTheCommandAsFault) {

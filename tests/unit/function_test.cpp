@@ -9,7 +9,7 @@
 namespace calor {
 namespace {
 
-const Place here{"plate.toml", 7, 12};
+const SourceLocation here{"plate.toml", 7, 12};
 
 Function formula(const std::string& expression, const std::map<std::string, double>& parameters = {}) {
   return Function::formula(expression, {.value = "", .si = ""}, parameters, here);
@@ -29,7 +29,7 @@ Error refusal(const Work& work) {
 void expect_refused(const std::string& expression, const std::string& part) {
   const Error e = refusal([&] { formula(expression, {{"Bi", 2}}); });
   EXPECT_EQ(e.fault(), Fault::bad_case) << expression;
-  EXPECT_EQ(e.place().text(), "plate.toml:7:12") << expression;
+  EXPECT_EQ(e.location().text(), "plate.toml:7:12") << expression;
   EXPECT_NE(std::string(e.what()).find(part), std::string::npos) << e.what();
   EXPECT_FALSE(e.cure().empty()) << expression;
 }
@@ -38,7 +38,7 @@ TEST(Function, IsZeroWhereNothingIsGiven) {
   EXPECT_EQ(Function()({1, 2, 3}, 4, 5), 0);
   EXPECT_TRUE(Function().is_constant());
   EXPECT_EQ(Function::constant(3, here)(), 3);
-  EXPECT_EQ(Function::constant(3, here).place().line, 7);
+  EXPECT_EQ(Function::constant(3, here).location().line, 7);
 }
 
 TEST(Formula, KnowsPlaceTimeTemperatureAndParameters) {
@@ -155,13 +155,13 @@ TEST(Formula, NamesUnknownSymbolsAndTheKnownOnes) {
   expect_refused("temperature", "unknown symbol 'temperature'");
   EXPECT_NE(refusal([] { formula("x", {{"x", 1}}); }).problem().find("hides"), std::string::npos);
   EXPECT_NE(refusal([] { formula("x", {{"a-b", 1}}); }).problem().find("'a-b'"), std::string::npos);
-  EXPECT_EQ(refusal([] { Function::formula("x", {.value = "mm", .si = "K"}, {}, here); }).place().line, 7);
+  EXPECT_EQ(refusal([] { Function::formula("x", {.value = "mm", .si = "K"}, {}, here); }).location().line, 7);
 }
 
 TEST(Formula, SaysWhereItIsNotFinite) {
   const Error e = refusal([] { formula("1/x")({0, 2, 0}, 3, 300); });
   EXPECT_EQ(e.fault(), Fault::bad_case);
-  EXPECT_EQ(e.place().line, 7);
+  EXPECT_EQ(e.location().line, 7);
   EXPECT_EQ(e.problem(), "formula '1/x' is inf at (x, y, z) = (0, 2, 0) m, t = 3 s, T = 300 K");
   EXPECT_NE(refusal([] { formula("sqrt(t)")({}, -1); }).problem().find("nan at"), std::string::npos);
   EXPECT_NE(refusal([] { formula("1/0")(); }).problem().find("inf at"), std::string::npos);
@@ -183,10 +183,10 @@ TEST(Function, OfTimeBreaksAtItsKinks) {
   const Function f = Function::of_time(Curve::through({1, 2, 5}, {0, 10, 10}, Interpolation::linear), here);
   EXPECT_TRUE(f.depends_on_time());
   EXPECT_DOUBLE_EQ(f({}, 1.5), 5);
-  EXPECT_EQ(f.breaks(), (std::vector{1., 2.}));  // level at the end
-  EXPECT_EQ(f.with_breaks({1.5, 1}).breaks(), (std::vector{1., 1.5, 2.}));
-  EXPECT_EQ(Function::formula("t", {}, {}, {}, {3, 1}).breaks(), (std::vector{1., 3.}));
-  EXPECT_TRUE(formula("t").breaks().empty());
+  EXPECT_EQ(f.events(), (std::vector{1., 2.}));  // level at the end
+  EXPECT_EQ(f.with_breaks({1.5, 1}).events(), (std::vector{1., 1.5, 2.}));
+  EXPECT_EQ(Function::formula("t", {}, {}, {}, {3, 1}).events(), (std::vector{1., 3.}));
+  EXPECT_TRUE(formula("t").events().empty());
 }
 
 TEST(Function, OfLayersIsConstantInEachAndTheMeanBetweenTwo) {
@@ -202,7 +202,7 @@ TEST(Function, OfLayersIsConstantInEachAndTheMeanBetweenTwo) {
   EXPECT_EQ(f({0, 0, 4.5}), 40);
   const Error outside = refusal([&] { f({0, 0, 5}); });
   EXPECT_EQ(outside.problem(), "the layers reach from z = 0.5 m to 4.5 m, but a point lies at z = 5 m");
-  EXPECT_EQ(refusal([] { Function::layers(0, 0, {1}, {1, 2}, here); }).place().line, 7);
+  EXPECT_EQ(refusal([] { Function::layers(0, 0, {1}, {1, 2}, here); }).location().line, 7);
   EXPECT_EQ(refusal([] { Function::layers(0, 0, {1, -1}, {1, 2}, here); }).fault(), Fault::bad_case);
 }
 
@@ -226,7 +226,7 @@ TEST(Function, OfTemperatureAloneBecomesACurve) {
   EXPECT_EQ(formula("3").curve(0, 1).value(9), 3);
   EXPECT_THROW(formula("x*T").curve(0, 1), std::logic_error);
   const Error e = refusal([] { formula("1/(T - 0.5)").curve(0, 1); });
-  EXPECT_EQ(e.place().line, 7);  // also when sampled
+  EXPECT_EQ(e.location().line, 7);  // also when sampled
 }
 
 }  // namespace

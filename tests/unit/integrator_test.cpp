@@ -203,9 +203,9 @@ TEST(Integrators, MarchToTheExactModeOfARod) {
 TEST(Integrators, StoreExactlyWhatAFluxThatJumpsBrings) {
   const std::string text = rod + of_temperature + R"toml(
 [boundary.xmax]
-flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", breaks = ["0.13 s", "0.4 s"] }
+flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", events = ["0.13 s", "0.4 s"] }
 [source.s]
-power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.31 s"] }
+power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", events = ["0.31 s"] }
 )toml";
   const double flux = 5 * 0.13 - 2 * (0.4 - 0.13) + 0.1, sources = 0.5 * 0.31 + 3 * (0.5 - 0.31);
   for (const Named& kind : integrators()) {
@@ -214,7 +214,7 @@ power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.3
     State state = m.start();
     const State start = state;
     std::vector<double> times;
-    // 0.007 divides none of the intervals between the breaks.
+    // 0.007 divides none of the intervals between the events.
     kind.make(steps_of(0.007))->advance(m.system(), state, 0.5, [&](const State& s) {
       times.push_back(s.t);
       return true;
@@ -239,7 +239,7 @@ flux = { table = [[0, 0], [0.4, 4]], unit = "W/m^2", of = "time" }
     for (const bool fixed : {true, false}) {
       if (!fixed && (kind.name == "backward-euler" || kind.name == "crank-nicolson")) continue;
       const CaseModel m(text);
-      EXPECT_EQ(m.system().breaks(), (std::vector<double>{0, 0.1, 0.25, 0.4, 0.6}));
+      EXPECT_EQ(m.system().events(), (std::vector<double>{0, 0.1, 0.25, 0.4, 0.6}));
       State state = m.start();
       std::vector<double> times;
       const StepOptions options = fixed ? steps_of(0.0078) : within(1e-2);

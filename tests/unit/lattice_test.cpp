@@ -56,7 +56,7 @@ TEST(Lattice, GivesEveryWallItsArea) {
     box.on_walls = on_walls;
     const Cloud c = cloud_of(box);
     std::vector<double> area(6, 0.0);
-    for (const Patch& p : c.patches) {
+    for (const Facet& p : c.facets) {
       area[p.face] += p.area;
       EXPECT_EQ(p.normal[p.face / 2], p.face % 2 ? 1 : -1);
       EXPECT_TRUE(c.on_faces[p.point] >> p.face & 1);

@@ -389,7 +389,8 @@ TEST(Material, RefusesLayersThatDoNotFillTheBody) {
   expect_refused(layers("x", "-3 m"), {"thickness is -3 m"});
 }
 
-// ---- pieces ---------------------------------------------------------------------------------------------------------
+// ---- segments
+// ---------------------------------------------------------------------------------------------------------
 
 TEST(Inversion, FindsTheRootOfAnyIncreasingFunction) {
   EXPECT_TRUE(rc::check("H(T) = H is solved to round-off for piecewise slopes over six decades", [] {

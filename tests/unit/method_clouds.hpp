@@ -8,8 +8,8 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "cloud/shapes.hpp"
-#include "method/flux_sites.hpp"
-#include "method/sph.hpp"
+#include "conduction/flux_sites.hpp"
+#include "conduction/sph.hpp"
 
 namespace calor {
 

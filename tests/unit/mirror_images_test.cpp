@@ -1,5 +1,5 @@
 // Mirror images beyond plane walls: the lists, the correction of their weights, and the heat that passes to them.
-#include "method/mirror_images.hpp"
+#include "conduction/mirror_images.hpp"
 
 #include <gtest/gtest.h>
 
@@ -12,8 +12,8 @@
 #include "app/model.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "method/correction_steps.hpp"
-#include "method/peridynamics.hpp"
+#include "conduction/correction_steps.hpp"
+#include "conduction/peridynamics.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {

@@ -1,4 +1,4 @@
-#include "method/mlpg_stability.hpp"
+#include "conduction/mlpg_stability.hpp"
 
 #include <gtest/gtest.h>
 
@@ -84,7 +84,7 @@ TEST(MlpgSpheres, FillHalfAndQuarterCirclesAtWallsAndCorners) {
   o.subdomain = MlpgSubdomain::sphere;
   MlpgReport report;
   const auto sites = mlpg_sites(cloud, o, report);
-  const CellPlaces& cells = *sites.capacity_places();
+  const CellQuadrature& cells = *sites.capacity_quadrature();
   for (int i = 0; i < cloud.owned; ++i) {
     double volume = 0;
     Vec3 first;

@@ -5,7 +5,7 @@
 #include <functional>
 #include <vector>
 
-#include "method/mlpg.hpp"
+#include "conduction/mlpg.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
@@ -26,7 +26,7 @@ inline Sparse matrix(const SparseRows& rows, int columns) {
 
 /// A conductivity of `k` wherever the sites want it.
 inline std::vector<double> everywhere(const Cloud& cloud, const MlpgSites& sites, double k) {
-  return std::vector<double>(sites.conduction_places() ? sites.faces().size() : cloud.x.size(), k);
+  return std::vector<double>(sites.conduction_quadrature() ? sites.faces().size() : cloud.x.size(), k);
 }
 
 struct MlpgSystem {
@@ -40,7 +40,7 @@ struct MlpgSystem {
     Phi.setIdentity();
     if (const SparseRows* phi = sites.point_values()) Phi = matrix(*phi, n);
     std::vector<Eigen::Triplet<double>> volumes;
-    const CellPlaces* cells = sites.capacity_places();
+    const CellQuadrature* cells = sites.capacity_quadrature();
     for (int i = 0; i < n; ++i) {
       if (!cells) volumes.emplace_back(i, i, cloud.volume[i]);
       for (auto q = cells ? cells->cell[i] : 0; cells && q < cells->cell[i + 1]; ++q)

@@ -1,4 +1,4 @@
-#include "method/mlpg.hpp"
+#include "conduction/mlpg.hpp"
 
 #include <gtest/gtest.h>
 
@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "method/cell_points.hpp"
+#include "conduction/cell_points.hpp"
 #include "mlpg_systems.hpp"
 
 namespace calor {
@@ -59,7 +59,7 @@ TEST(Mlpg, CellsCloseWithTheirShareOfTheSurface) {
     }
     double largest = 0;
     for (int i = 0; i < cloud.owned; ++i)
-      largest = std::max(largest, norm(sum[i]) / std::pow(0.1, cloud.dimension - 1) / cloud.section);
+      largest = std::max(largest, norm(sum[i]) / std::pow(0.1, cloud.dimension - 1) / cloud.cross_section);
     EXPECT_LE(largest, 1e-12);
     // Second moments: exact on lattices, where nothing is solved; elsewhere the virtual faces fit them.
     EXPECT_LE(report.faces.moment_error, 0.05);
@@ -76,7 +76,7 @@ TEST(Mlpg, ReproducesLinearTemperaturesAndTheirFlux) {
     const Vector linear = s.at_points(T), heat = s.K * linear;
     double largest = 0;
     for (int i = 0; i < cloud.owned; ++i) largest = std::max(largest, std::abs(heat[i] - dot(slope, cloud.area[i])));
-    EXPECT_LE(largest / (7 * std::pow(0.1, cloud.dimension - 1) * cloud.section), 1e-11);
+    EXPECT_LE(largest / (7 * std::pow(0.1, cloud.dimension - 1) * cloud.cross_section), 1e-11);
     const std::vector<double> k = everywhere(cloud, s.sites, 50);
     std::vector<Vec3> q(cloud.owned);
     s.sites.heat_flux({.k = k, .dk_dT = {}, .theta = {}}, {linear.data(), static_cast<std::size_t>(linear.size())}, q);
@@ -109,7 +109,7 @@ TEST(Mlpg, HasTheJacobianOfItsRate) {
     // k = 2 + T + T^2/10 where the sites want it, theta its integral.
     const auto property = [&](const std::vector<double>& T, int derivative) {
       std::vector<double> at = T;
-      if (const Places* places = sites.conduction_places()) {
+      if (const QuadraturePoints* places = sites.conduction_quadrature()) {
         at.resize(places->x.size());
         places->phi.apply(T, at);
       }
@@ -145,7 +145,7 @@ TEST(Mlpg, CellPointsHaveTheVolumeAndTheCentroidOfTheirCells) {
   // Boxes of a lattice: centroids known. On a jittered cloud the sum over all cells is the body's centroid.
   for (const auto& [name, cloud] : clouds()) {
     SCOPED_TRACE(name);
-    const CellPlaces points = gauss_points(cloud);
+    const CellQuadrature points = gauss_points(cloud);
     ASSERT_EQ(points.x.size(), static_cast<std::size_t>(cloud.owned) << cloud.dimension);
     double volume = 0, exact = 0;
     Vec3 first, middle, low = cloud.x[0], high = low;
@@ -200,7 +200,7 @@ TEST(MlpgParallel, DoesNotDependOnTheNumberOfRanks) {
           T.push_back(300 + 50 * std::cos(3.0 * static_cast<double>(cloud.id[i])));
         sites.add_rate({.k = k, .dk_dT = {}, .theta = {}}, T, F);
         for (int i = 0; i < cloud.owned; ++i) squares[w].push_back(F[i] * F[i]);
-        if (const CellPlaces* cells = sites.capacity_places())
+        if (const CellQuadrature* cells = sites.capacity_quadrature())
           for (std::size_t q = 0; q < cells->x.size(); ++q)
             squares[w].push_back(std::pow(cells->volume[q] * cells->phi.times(q, T), 2));
       }

@@ -1,4 +1,4 @@
-#include "method/mls.hpp"
+#include "conduction/mls.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "cloud/lattice.hpp"
-#include "method/supports.hpp"
+#include "conduction/supports.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
@@ -150,7 +150,7 @@ TEST(MovingLeastSquares, RefuseTooFewPointsAndPointsOnALineOrPlane) {
   EXPECT_FALSE(fits(3, 1, plane));
 }
 
-/// Places halfway between neighbours, and the points themselves.
+/// QuadraturePoints halfway between neighbours, and the points themselves.
 std::vector<Vec3> places_of(const Cloud& cloud) {
   std::vector<Vec3> places(cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const auto neighbours = find_neighbours(cloud, 1.5);

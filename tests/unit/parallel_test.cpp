@@ -151,14 +151,14 @@ TEST(ReductionsParallel, CountAndCompareOverAllRanks) {
 
 TEST(TogetherParallel, RunsTheWorkOnEveryRank) {
   int done = 0;
-  together(MPI_COMM_WORLD, [&] { done = 1; });
+  collective_try(MPI_COMM_WORLD, [&] { done = 1; });
   EXPECT_EQ(done, 1);
 }
 
 TEST(TogetherParallel, ThrowsTheErrorOfTheLowestFailingRankOnAll) {
   const int size = size_of(MPI_COMM_WORLD), rank = rank_of(MPI_COMM_WORLD), lowest = size / 2;
   try {
-    together(MPI_COMM_WORLD, [&] {
+    collective_try(MPI_COMM_WORLD, [&] {
       if (rank >= lowest) {
         throw Error(Fault::file, {"a.csv", rank, 7}, "rank " + std::to_string(rank) + " cannot read", "look there");
       }
@@ -166,9 +166,9 @@ TEST(TogetherParallel, ThrowsTheErrorOfTheLowestFailingRankOnAll) {
     FAIL() << "nothing was thrown";
   } catch (const Error& e) {
     EXPECT_EQ(e.fault(), Fault::file);
-    EXPECT_EQ(e.place().file, "a.csv");
-    EXPECT_EQ(e.place().line, lowest);
-    EXPECT_EQ(e.place().column, 7);
+    EXPECT_EQ(e.location().file, "a.csv");
+    EXPECT_EQ(e.location().line, lowest);
+    EXPECT_EQ(e.location().column, 7);
     EXPECT_EQ(e.problem(), "rank " + std::to_string(lowest) + " cannot read");
     EXPECT_EQ(e.cure(), "look there");
   }
@@ -177,7 +177,7 @@ TEST(TogetherParallel, ThrowsTheErrorOfTheLowestFailingRankOnAll) {
 TEST(TogetherParallel, TurnsOtherExceptionsIntoErrors) {
   const bool last = rank_of(MPI_COMM_WORLD) + 1 == size_of(MPI_COMM_WORLD);
   try {
-    together(MPI_COMM_WORLD, [&] {
+    collective_try(MPI_COMM_WORLD, [&] {
       if (last) throw std::runtime_error("out of luck");
     });
     FAIL() << "nothing was thrown";

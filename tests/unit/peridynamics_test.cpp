@@ -1,4 +1,4 @@
-#include "method/peridynamics.hpp"
+#include "conduction/peridynamics.hpp"
 
 #include <gtest/gtest.h>
 

@@ -8,7 +8,7 @@
 #include <cmath>
 
 #include "case_models.hpp"
-#include "method/mlpg.hpp"
+#include "conduction/mlpg.hpp"
 #include "method_clouds.hpp"
 #include "results.hpp"
 

@@ -86,7 +86,7 @@ TEST(Profile, IsRefusedWhereItIsNotFinite) {
     f({.x = 0.5});
     FAIL() << "an infinite value passed";
   } catch (const Error& e) {
-    EXPECT_EQ(e.place().line, 7);
+    EXPECT_EQ(e.location().line, 7);
     EXPECT_NE(std::string(e.what()).find("the law along x is inf"), std::string::npos) << e.what();
   }
 }

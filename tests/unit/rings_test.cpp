@@ -19,7 +19,7 @@ double angle(Sector s) { return s == Sector::full ? 2 * pi : s == Sector::half ?
 
 double area_of(const Cloud& c, const std::string& face) {
   double area = 0;
-  for (const Patch& p : c.patches) area += c.faces[p.face] == face ? p.area : 0;
+  for (const Facet& p : c.facets) area += c.faces[p.face] == face ? p.area : 0;
   return area;
 }
 
@@ -69,7 +69,7 @@ TEST(Rings, HaveTheWholeSideAsExchangingArea) {
 
 TEST(Rings, HaveSideNormalsThatPointOutward) {
   const Cloud c = cloud_of({.radius = 2, .rings = 5, .height = 1, .levels = 3});
-  for (const Patch& p : c.patches) {
+  for (const Facet& p : c.facets) {
     if (c.faces[p.face] != "side") continue;
     const Vec3 radial = {c.x[p.point].x / 2, c.x[p.point].y / 2, 0};
     EXPECT_NEAR(norm(p.normal - radial), 0, 1e-14);
@@ -78,7 +78,7 @@ TEST(Rings, HaveSideNormalsThatPointOutward) {
 
 TEST(Rings, HaveAreaVectorsOfTheChordsOnTheSide) {
   const Cloud c = cloud_of({.radius = 1, .rings = 4});
-  for (const Patch& p : c.patches) {
+  for (const Facet& p : c.facets) {
     EXPECT_NEAR(norm(c.area[p.point]), 2 * std::sin(pi / 24), 1e-15);  // 24 points on the side
     EXPECT_NEAR(p.area, 2 * pi / 24, 1e-15);
   }
@@ -89,7 +89,7 @@ TEST(Rings, LieOnTheCutsOfASectorToTheLastBit) {
   const Cloud half = cloud_of({.radius = 1, .rings = 7, .sector = Sector::half});
   EXPECT_EQ(quarter.faces, (std::vector<std::string>{"side", "cut1", "cut2"}));
   EXPECT_EQ(half.faces, (std::vector<std::string>{"side", "cut1"}));
-  for (const Patch& p : quarter.patches) {
+  for (const Facet& p : quarter.facets) {
     if (quarter.faces[p.face] == "cut1") {
       EXPECT_EQ(quarter.x[p.point].y, 0);
     }
@@ -97,7 +97,7 @@ TEST(Rings, LieOnTheCutsOfASectorToTheLastBit) {
       EXPECT_EQ(quarter.x[p.point].x, 0);
     }
   }
-  for (const Patch& p : half.patches) {
+  for (const Facet& p : half.facets) {
     if (half.faces[p.face] == "cut1") {
       EXPECT_EQ(half.x[p.point].y, 0);
     }

@@ -119,7 +119,7 @@ TEST(Run, WritesFieldsThatParaViewReads) {
   const Xml pvd = Xml::parse(read_file(folder / "fields.pvd"));
   const Vtu vtu(folder / pvd.all("DataSet").back()->attributes.at("file"));
   const std::size_t n = vtu.points();
-  EXPECT_EQ(vtu.xml().find("Piece").attributes.at("NumberOfCells"), std::to_string(n));
+  EXPECT_EQ(vtu.xml().find("Segment").attributes.at("NumberOfCells"), std::to_string(n));
   const auto x = vtu.values<double>("Points", 3), T = vtu.values<double>("temperature [K]", 1),
              q = vtu.values<double>("heat flux [W/m^2]", 3), k = vtu.values<double>("conductivity [W/(m K)]", 1),
              rho_c = vtu.values<double>("volumetric heat capacity [J/(m^3 K)]", 1);
@@ -407,20 +407,20 @@ TEST(RunParallel, WritesAPieceARankForParaView) {
   const Xml pvd = Xml::parse(read_file(folder / "fields.pvd"));
   ASSERT_EQ(pvd.all("DataSet").size(), 2u);
   const std::string file = pvd.all("DataSet").back()->attributes.at("file");
-  std::vector<std::string> pieces{file};
+  std::vector<std::string> segments{file};
   std::vector<std::string> declared;
   if (ranks > 1) {
     EXPECT_EQ(file, "fields/fields_0001.pvtu");
     const Xml pvtu = Xml::parse(read_file(folder / file));
     EXPECT_EQ(pvtu.attributes.at("type"), "PUnstructuredGrid");
-    pieces.clear();
-    for (const Xml* piece : pvtu.all("Piece")) pieces.push_back("fields/" + piece->attributes.at("Source"));
+    segments.clear();
+    for (const Xml* piece : pvtu.all("Segment")) segments.push_back("fields/" + piece->attributes.at("Source"));
     for (const Xml* array : pvtu.find("PPointData").all("PDataArray")) declared.push_back(array->attributes.at("Name"));
     EXPECT_EQ(pvtu.find("PPoints").all("PDataArray").size(), 1u);
   }
-  EXPECT_EQ(pieces.size(), static_cast<std::size_t>(ranks));
+  EXPECT_EQ(segments.size(), static_cast<std::size_t>(ranks));
   std::vector<double> T(63, NAN);
-  for (const std::string& piece : pieces) {
+  for (const std::string& piece : segments) {
     const Vtu vtu(folder / piece);
     std::vector<std::string> names;
     for (const Xml* array : vtu.xml().find("PointData").all("DataArray")) names.push_back(array->attributes.at("Name"));

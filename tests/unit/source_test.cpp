@@ -1,4 +1,4 @@
-// Concentrated sources: where their heat goes, that its sum is the power asked for, and their paths.
+// MovingSource sources: where their heat goes, that its sum is the power asked for, and their paths.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -57,7 +57,7 @@ TEST(Source, PowerIsExactAtEdgesAndInHalfModels) {
 TEST(Source, ACellGetsTheIntegralOfTheGaussianOverIt) {
   const Cloud cloud = box_cloud({41, 41}, 1e-3);
   const auto all = sources_of(
-      "[source.spot]\npower = \"1 W\"\nat = [\"20.3 mm\", \"19.1 mm\"]\ncolumn = { sigma = \"1.5 mm\" }\n", cloud);
+      "[source.pose]\npower = \"1 W\"\nat = [\"20.3 mm\", \"19.1 mm\"]\ncolumn = { sigma = \"1.5 mm\" }\n", cloud);
   const auto P = power(*all[0], 0, cloud);
   const auto part = [](double x) {  // of N(0, 1.5 mm) in the cell around x
     return 0.5 * (std::erf((x + 0.5e-3) / (std::numbers::sqrt2 * 1.5e-3)) -
@@ -247,9 +247,9 @@ speed = "10 mm/s"
   EXPECT_FALSE(path.at(6));
   EXPECT_EQ(path.at(8.5)->power, 100);
   EXPECT_NEAR(path.energy(100), 100 + 50 * 3 + 100, 1e-12);
-  const std::vector<double> breaks = path.breaks(), expected = {1, 2, 3, 5, 8, 9};
-  ASSERT_EQ(breaks.size(), expected.size());
-  for (std::size_t n = 0; n < breaks.size(); ++n) EXPECT_NEAR(breaks[n], expected[n], 1e-12);
+  const std::vector<double> events = path.events(), expected = {1, 2, 3, 5, 8, 9};
+  ASSERT_EQ(events.size(), expected.size());
+  for (std::size_t n = 0; n < events.size(); ++n) EXPECT_NEAR(events[n], expected[n], 1e-12);
   EXPECT_NEAR(path.fastest(0, 10), 10e-3, 1e-15);
   EXPECT_EQ(path.fastest(3.1, 4.9), 0);
 }
@@ -266,7 +266,7 @@ TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
   EXPECT_NEAR(path.at(1.5)->power, 400, 1e-12);
   EXPECT_FALSE(path.at(2.5));
   EXPECT_NEAR(path.energy(2), 150 + 400, 1e-12);
-  EXPECT_EQ(path.breaks(), (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
+  EXPECT_EQ(path.events(), (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
 }
 
 TEST(Source, StepsGoNoFartherThanAThirdOfSigma) {

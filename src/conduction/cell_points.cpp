@@ -1,0 +1,91 @@
+#include "conduction/cell_points.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "cloud/convex_cell.hpp"
+#include "cloud/neighbours.hpp"
+#include "conduction/lattice_cells.hpp"
+
+namespace calor {
+
+namespace {
+
+struct Moments {
+  Vec3 centroid;
+  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
+};
+
+Moments moments_of_box(const Cloud& cloud, int i) {
+  Moments m;
+  for (int a = 0; a < cloud.dimension; ++a) {
+    const CellExtent e = extent(cloud, i, a);
+    m.centroid[a] = 0.5 * (e.low + e.high);
+    m.covariance(a, a) = (e.high - e.low) * (e.high - e.low) / 12;
+  }
+  return m;
+}
+
+/// Moments of the part of a box of one spacing around point i that is its cell.
+Moments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Facet> facets,
+                           ConvexCell& cell) {
+  const double d = cloud.spacing[i];
+  cell.set({-d, -d, -d}, {d, d, d}, cloud.dimension);
+  for (const Facet& p : facets) cell.cut(p.normal, 0);
+  for (const int j : neighbours.of(i)) cell.keep_nearer_than(cloud.x[j] - cloud.x[i]);
+  const ConvexCell::Moments integral = cell.moments();
+  const double per_volume = 1 / integral.volume;
+  const Vec3 mean = per_volume * integral.first;
+  const auto& [xx, yy, zz, xy, xz, yz] = integral.second;
+  Moments m{.centroid = cloud.x[i] + mean};
+  m.covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
+  const Eigen::Vector3d c(mean.x, mean.y, mean.z);
+  m.covariance = (per_volume * m.covariance - c * c.transpose()).eval();
+  const int D = cloud.dimension;
+  m.covariance.bottomRows(3 - D).setZero();
+  m.covariance.rightCols(3 - D).setZero();
+  return m;
+}
+
+}  // namespace
+
+CellQuadrature one_point(const Cloud& cloud) {
+  CellQuadrature points;
+  for (int i = 0; i < cloud.owned; ++i) {
+    points.x.push_back(cloud.x[i]);
+    points.tag.push_back(cloud.tag[i]);
+    points.volume.push_back(cloud.volume[i]);
+    points.cell.push_back(i + 1);
+  }
+  return points;
+}
+
+CellQuadrature gauss_points(const Cloud& cloud) {
+  const int D = cloud.dimension, corners = 1 << D;
+  const Neighbours neighbours = cloud.box_lattice ? Neighbours{} : find_neighbours(cloud, 2);
+  CellQuadrature points;
+  ConvexCell cell;
+  auto facet = cloud.facets.begin();
+  for (int i = 0; i < cloud.owned; ++i) {
+    const auto first = facet;
+    while (facet != cloud.facets.end() && facet->point == i) ++facet;
+    const Moments m = cloud.box_lattice
+                          ? moments_of_box(cloud, i)
+                          : moments_of_nearest(cloud, neighbours, i, std::span<const Facet>(first, facet), cell);
+    const Eigen::Matrix3d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m.covariance).operatorSqrt();
+    for (int q = 0; q < corners; ++q) {
+      Vec3 x = m.centroid;
+      for (int a = 0; a < D; ++a) {
+        const double sign = q >> a & 1 ? 1 : -1;
+        for (int b = 0; b < D; ++b) x[b] += sign * root(b, a);
+      }
+      points.x.push_back(x);
+      points.tag.push_back(cloud.tag[i]);
+      points.volume.push_back(cloud.volume[i] / corners);
+    }
+    points.cell.push_back(static_cast<std::int64_t>(points.x.size()));
+  }
+  return points;
+}
+
+}  // namespace calor

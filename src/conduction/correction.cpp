@@ -1,0 +1,211 @@
+#include "conduction/correction.hpp"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/correction_steps.hpp"
+
+namespace calor {
+
+namespace {
+
+constexpr int most_solves = 6;
+constexpr double exactly = 1e-12, roughly = 1e-2;
+constexpr double floor_of_clip = 0.02;
+/// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
+/// little. More would lower the error further; so many cost nothing in the plane and a fifth of the time in space, for
+/// the last solution is near by then.
+constexpr int fits = 5;
+
+double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G) {
+  const auto R = linear_residual(cloud, neighbours, G);
+  double largest = 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const double size = std::pow(cloud.spacing[i], cloud.dimension - 1) * cloud.cross_section;
+    largest = std::max(largest, norm(R[i]) / size);
+  }
+  return max(cloud.comm, largest);
+}
+
+/// Axis of every face of a box: "xmin", "xmax", "ymin", ...
+std::vector<int> axes_of_faces(const Cloud& cloud) {
+  std::vector<int> axes;
+  for (const auto& face : cloud.faces) axes.push_back(face[0] - 'x');
+  return axes;
+}
+
+/// Faces with facets that have no images beyond them.
+std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) {
+  if (neighbours.mirrors.empty()) return ~0u;
+  std::uint32_t faces = 0;
+  for (std::size_t p = 0; p < cloud.facets.size(); ++p)
+    if (!neighbours.mirrored[p]) faces |= 1u << cloud.facets[p].face;
+  MPI_Allreduce(MPI_IN_PLACE, &faces, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
+  return faces;
+}
+
+/// 2^-n for a pair that lies in n faces together.
+double share_of_pair(std::uint32_t shared_faces) {
+  return 1.0 / static_cast<double>(std::uint64_t{1} << std::popcount(shared_faces));
+}
+
+/// Box lattice with a support of one layer: mirror the lattice at its walls and fold the mirrored pairs back.
+/// Points on the walls: a pair that lies in n walls together stands for 2^n pairs, so it gets 2^-n of its weight.
+/// Points at cell centres: a wall along which both lie adds the pair with the mirror image of one of them, one layer
+/// farther: its |x_ji|^2 is larger by d^2.
+std::vector<double> mirrored_lattice_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                             std::span<const double> inside) {
+  const auto axes = axes_of_faces(cloud);
+  const std::uint32_t truncated = truncated_faces(cloud, neighbours);
+  const auto weight = [&](std::size_t squares) { return squares <= inside.size() ? inside[squares - 1] : 0.0; };
+  std::vector<double> G(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const Vec3 r = neighbours.x_ji(cloud.x, i, n);
+      const auto squares = static_cast<std::size_t>(std::lround(dot(r, r) / (cloud.spacing[i] * cloud.spacing[i])));
+      const std::uint32_t shared = cloud.on_faces[i] & cloud.on_faces[j] & truncated;
+      if (cloud.points_on_walls) {
+        G[n] = weight(squares) * share_of_pair(shared);
+        continue;
+      }
+      std::array<int, 3> walls = {};  // along which both lie, per axis
+      for (std::size_t f = 0; f < axes.size(); ++f) walls[axes[f]] += shared >> f & 1;
+      const auto [x, y, z] = walls;
+      G[n] = weight(squares) + (x + y + z) * weight(squares + 1) + (x * y + x * z + y * z) * weight(squares + 2);
+    }
+  }
+  return G;
+}
+
+/// A pair along a wall would meet its mirror image there: both share the wall's other side, so n common faces leave it
+/// 2^-n of its weight. The scaling and the fit start nearer to their goal.
+void share_with_mirror_images(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+      g[n] *= share_of_pair(cloud.on_faces[i] & cloud.on_faces[neighbours.column[n]]);
+}
+
+/// Volumes whose traces the scaling aims at. A point off the walls lacks the part of its second moment that its
+/// boundary facets carry: V - 1/D integral of (x - x_i).n dS, the facets half a spacing away.
+std::vector<double> volumes_to_scale(const Cloud& cloud, const Neighbours& neighbours) {
+  std::vector<double> volume(cloud.volume.begin(), cloud.volume.begin() + cloud.owned);
+  if (cloud.points_on_walls) return volume;
+  for (std::size_t p = 0; p < cloud.facets.size(); ++p) {
+    const Facet& facet = cloud.facets[p];
+    if (!neighbours.mirrored.empty() && neighbours.mirrored[p]) continue;
+    volume[facet.point] -= facet.area * 0.5 * cloud.spacing[facet.point] / cloud.dimension;
+  }
+  for (int i = 0; i < cloud.owned; ++i) volume[i] = std::max(volume[i], 0.1 * cloud.volume[i]);
+  return volume;
+}
+
+void count_negative(const Cloud& cloud, std::span<const double> G, CorrectionReport& report) {
+  std::vector<double> size(G.size());
+  std::int64_t negative = 0;
+  double smallest = 0;
+  for (std::size_t n = 0; n < G.size(); ++n) {
+    size[n] = std::abs(G[n]);
+    smallest = std::min(smallest, G[n]);
+    negative += G[n] < 0;
+  }
+  report.negative = total(cloud.comm, negative);
+  smallest = min(cloud.comm, smallest);
+  report.most_negative = report.negative > 0 ? smallest * static_cast<double>(report.pairs) / sum(cloud.comm, size) : 0;
+}
+
+/// Lifts weights to a small part of what they were.
+void clip(std::span<const double> base, std::span<double> g) {
+  for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+}
+
+}  // namespace
+
+void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report) {
+  report["lattice_shortcut"] = done.lattice_shortcut;
+  report["moment_iterations"] = done.moment_iterations;
+  report["lambda_solves"] = done.lambda_solves;
+  report["lambda_iterations"] = done.lambda_iterations;
+  report["weight_residual"] = done.residual;
+  report["weight_change"] = done.change;
+  report["negative_weights"] = static_cast<double>(done.negative);
+  report["most_negative_weight"] = done.most_negative;
+}
+
+void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
+                                   CorrectionReport& report) {
+  int solves = 0;
+  for (bool negative = true; negative;) {
+    const std::vector<double> base = g;
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g, exactly);
+    if (solves++ == 0) report.change = solve.change;
+    report.lambda_iterations += solve.iterations;
+    const auto below_zero = [](double G) { return G < 0; };
+    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
+    if (!negative || solves == most_solves) break;
+    clip(base, g);
+  }
+  report.lambda_solves += solves;
+  report.residual = largest_residual(cloud, neighbours, g);
+  count_negative(cloud, g, report);
+}
+
+std::vector<double> graded_lattice_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report) {
+  const Lattice& lattice = *cloud.lattice;
+  std::vector<double> G(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    const LatticeIndex at_i = lattice.index(cloud.id[i]);
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const LatticeIndex at_j = lattice.index(cloud.id[j]);
+      std::int64_t steps = 0;
+      double face = cloud.cross_section;
+      for (int a = 0; a < cloud.dimension; ++a) {
+        steps += std::abs(at_j[a] - at_i[a]);
+        if (at_i[a] == at_j[a]) face *= lattice.width(a, at_i[a]);
+      }
+      if (steps == 1) G[n] = face / norm(cloud.x[j] - cloud.x[i]);
+    }
+  }
+  report = {.lattice_shortcut = true, .pairs = total(cloud.comm, static_cast<std::int64_t>(G.size()))};
+  report.residual = largest_residual(cloud, neighbours, G);
+  return G;
+}
+
+std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                       const BaseWeights& base_weights, std::span<const double> lattice_weights,
+                                       CorrectionReport& report) {
+  report = {};
+  report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
+
+  if (cloud.box_lattice && !lattice_weights.empty()) {
+    auto G = mirrored_lattice_weights(cloud, neighbours, lattice_weights);
+    report.residual = largest_residual(cloud, neighbours, G);
+    report.lattice_shortcut = report.residual < 1e-10;
+    if (report.lattice_shortcut) return G;
+  }
+
+  std::vector<double> g = base_weights();
+  if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
+  scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
+  // The fit aims at points on the walls, or none at all; off the walls it would need the facets' own moments, and does
+  // not pay.
+  if (cloud.points_on_walls || truncated_faces(cloud, neighbours) == 0) {
+    for (int fit = 1; fit <= fits; ++fit) {
+      report.moment_iterations += fit_second_moments(cloud, neighbours, g);
+      if (fit == fits) break;
+      const std::vector<double> base = g;
+      report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
+      clip(base, g);
+    }
+  }
+  enforce_with_positive_weights(cloud, neighbours, g, report);
+  return g;
+}
+
+}  // namespace calor

@@ -1,0 +1,207 @@
+#include "conduction/cracked_pairs.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "conduction/correction_steps.hpp"
+#include "conduction/small_matrix.hpp"
+
+namespace calor {
+namespace {
+
+bool is_surface(const Crack& crack) { return !crack.fails() && crack.contact == 0; }
+
+/// Resultant and moment of area vectors at points.
+struct Wrench {
+  Vec3 force, moment;
+};
+
+Wrench total_of(const Cloud& cloud, std::span<const double> columns) {
+  const auto s = sums(cloud.comm, columns, 6);
+  return {{s[0], s[1], s[2]}, {s[3], s[4], s[5]}};
+}
+
+void add_columns(std::vector<double>& columns, const Vec3& x, const Vec3& a) {
+  const Vec3 m = cross(x, a);
+  columns.insert(columns.end(), {a.x, a.y, a.z, m.x, m.y, m.z});
+}
+
+/// Adds w_i (c + omega cross (x_i - centre)) to the area vectors so that they have the wanted resultant and moment. w_i
+/// is |a_i|; beside a full cut that of points on the surface, if there are any: the area vectors of walls do not end
+/// where a crack does, and what a part of the body lacks in balance is missing there.
+void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted, bool full_cut) {
+  const auto on_surface = [&](int i) { return !(cloud.area[i] == Vec3{}); };
+  bool mouths = false;
+  for (int i = 0; i < cloud.owned; ++i) mouths = mouths || (full_cut && on_surface(i) && !(area[i] == Vec3{}));
+  mouths = any(cloud.comm, mouths);
+  std::vector<double> w(cloud.owned), columns, weights;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const Vec3& x = cloud.x[i];
+    if (!mouths || on_surface(i)) w[i] = norm(area[i]);
+    add_columns(columns, x, area[i]);
+    weights.insert(weights.end(), {w[i], w[i] * x.x, w[i] * x.y, w[i] * x.z});
+  }
+  const Wrench has = total_of(cloud, columns);
+  const auto s = sums(cloud.comm, weights, 4);
+  if (s[0] == 0) return;
+  const Vec3 centre{s[1] / s[0], s[2] / s[0], s[3] / s[0]};
+  std::vector<double> squares;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const Vec3 r = cloud.x[i] - centre;
+    squares.insert(squares.end(), {w[i] * r.x * r.x, w[i] * r.y * r.y, w[i] * r.z * r.z, w[i] * r.x * r.y,
+                                   w[i] * r.x * r.z, w[i] * r.y * r.z});
+  }
+  const auto q = sums(cloud.comm, squares, 6);
+  const Symmetric3 inertia{q[1] + q[2], q[0] + q[2], q[0] + q[1], -q[3], -q[4], -q[5]};
+  const Vec3 force = wanted.force - has.force;
+  const Vec3 turn = pseudo_inverse(inertia) * (wanted.moment - has.moment - cross(centre, force));
+  for (int i = 0; i < cloud.owned; ++i) area[i] += w[i] * ((1 / s[0]) * force + cross(turn, cloud.x[i] - centre));
+}
+
+/// A pair that is cut, as seen from a point beside the crack.
+struct CutPair {
+  int point;
+  Vec3 x_ji, normal;  ///< of the face that the point looks at, away from it
+  double at;          ///< part of the way before that face
+  double lost;        ///< weight
+};
+
+/// Of every crack that is surface, the pairs that the points above and below it have lost to it; a pair across several
+/// counts for that which its point faces.
+using CutPairs = std::vector<std::array<std::vector<CutPair>, 2>>;
+
+/// Takes from the pairs' weights what the cracks cut.
+CutPairs cut(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbours,
+             std::span<const Crossing> crossings, std::span<double> G) {
+  CutPairs pairs(cracks.all().size());
+  for (std::size_t n = 0, next = 0; n < crossings.size(); n = next) {
+    const std::int64_t entry = crossings[n].entry;
+    const double whole = G[entry];
+    const Crossing* faced = nullptr;
+    for (next = n; next < crossings.size() && crossings[next].entry == entry; ++next) {
+      const Crossing& x = crossings[next];
+      if (!is_surface(cracks.all()[x.crack])) continue;
+      G[entry] *= 1 - x.fraction;
+      if (!faced || x.at < faced->at) faced = &x;
+    }
+    if (!faced) continue;
+    const Vec3 x_ji = cloud.x[neighbours.column[entry]] - cloud.x[faced->point];
+    pairs[faced->crack][faced->upper].push_back({faced->point, x_ji, faced->normal, faced->at, whole - G[entry]});
+  }
+  return pairs;
+}
+
+/// Outward area vectors of the faces at the owned points beside them: what their cut pairs carried along the normals.
+std::vector<Vec3> areas_of_faces(const Cloud& cloud, const Cracks& cracks, const CutPairs& cut_pairs) {
+  std::vector<Vec3> area(cloud.owned);
+  for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
+    if (!is_surface(cracks.all()[crack])) continue;
+    const bool full_cut = cracks.is_full_cut(static_cast<int>(crack));
+    std::vector<Vec3> faces(cloud.owned);
+    std::vector<double> columns;
+    for (const bool upper : {true, false}) {
+      for (const CutPair& pair : cut_pairs[crack][upper]) {
+        faces[pair.point] += (pair.lost * dot(pair.x_ji, pair.normal)) * pair.normal;
+        add_columns(columns, cloud.x[pair.point], pair.lost * pair.x_ji);
+      }
+      if (upper && !full_cut) continue;  // one part of the body: both faces at once
+      balance(cloud, faces, total_of(cloud, columns), full_cut);
+      for (int i = 0; i < cloud.owned; ++i) area[i] += faces[i];
+      std::ranges::fill(faces, Vec3{});
+      columns.clear();
+    }
+  }
+  return area;
+}
+
+/// What the weights carry along the faces once more: as much as before the cut, and in the sliver between the crack and
+/// the middle of each pair, which has changed sides, as much as in the rest of the body.
+void restore_along_faces(const Cloud& cloud, const Neighbours& neighbours, const CutPairs& cut_pairs,
+                         std::span<double> G) {
+  std::vector<Symmetric3> along(cloud.owned), across(cloud.owned);
+  std::vector<double> missing(cloud.owned), face(cloud.owned);
+  for (const auto& sides : cut_pairs) {
+    for (const auto& side : sides) {
+      for (const auto& [i, x_ji, normal, at, lost] : side) {
+        const double length = dot(x_ji, normal), area = lost * length, sliver = area * (at - 0.5) * length;
+        missing[i] += lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver;
+        across[i].add(area, normal);
+        face[i] += area;
+      }
+    }
+  }
+  const double z = cloud.dimension == 3 ? 1 : 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (!(face[i] > 0)) continue;
+    const double s = -1 / face[i];
+    const Symmetric3& N = across[i];
+    along[i] = {1 + s * N.xx, 1 + s * N.yy, z + s * N.zz, s * N.xy, s * N.xz, s * N.yz};
+  }
+  restore_second_moments(cloud, neighbours, along, missing, G);
+}
+
+}  // namespace
+
+PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
+                        CorrectionReport& report) {
+  const auto crossings = cracks.crossings(neighbours);
+  if (std::ranges::any_of(cracks.all(), is_surface)) {
+    const CutPairs cut_pairs = cut(cloud, cracks, neighbours, crossings, G);
+    Cloud cracked = cloud;  // its surface includes the faces of the cracks
+    const auto area = areas_of_faces(cloud, cracks, cut_pairs);
+    for (int i = 0; i < cloud.owned; ++i) cracked.area[i] += area[i];
+    std::vector<char> is_gone(G.size(), 0);
+    for (const Crossing& x : crossings) is_gone[x.entry] |= is_surface(cracks.all()[x.crack]) && x.fraction == 1;
+    Neighbours kept{.row = {0}, .column = {}};
+    std::vector<double> kept_G;
+    for (int i = 0; i < cloud.owned; ++i) {
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        if (!is_gone[n]) kept.column.push_back(neighbours.column[n]), kept_G.push_back(G[n]);
+      kept.row.push_back(static_cast<std::int64_t>(kept.column.size()));
+    }
+    neighbours = std::move(kept);
+    G = std::move(kept_G);
+    require_neighbours(cloud, neighbours);
+    restore_along_faces(cloud, neighbours, cut_pairs, G);
+    enforce_with_positive_weights(cracked, neighbours, G, report);
+  }
+
+  CrackBonds bonds;
+  for (const Crack& crack : cracks.all())
+    if (crack.fails()) bonds.openings.push_back(crack.opens);
+  for (const Crossing& x : cracks.crossings(neighbours)) {
+    const Crack& crack = cracks.all()[x.crack];
+    if (!is_surface(crack))
+      bonds.bonds.push_back({.entry = x.entry,
+                             .point = x.point,
+                             .fraction = x.fraction,
+                             .contact = crack.contact * x.length,
+                             .opens = crack.opens});
+  }
+  return PairSites(cloud, std::move(neighbours), std::move(G), {}, {}, std::move(bonds));
+}
+
+std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, MirroredNeighbours mirrored,
+                                       std::vector<double> G, Layers layers, CorrectionReport& done,
+                                       MethodReport& report) {
+  if (!has_cracks(c)) return std::make_unique<PairSites>(fold_images(cloud, std::move(mirrored), std::move(G), layers));
+  Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
+  const Cracks cracks(cloud, read_cracks(c, cloud));
+  const std::size_t before = neighbours.column.size();
+  auto sites = std::make_unique<PairSites>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
+  const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - sites->neighbours().column.size()));
+  report["cut_pairs"] = 0.5 * static_cast<double>(cut);
+  report["points_on_cracks"] = static_cast<double>(cracks.moved());
+  if (rank_of(cloud.comm) == 0 && cracks.moved() > 0)
+    spdlog::info(
+        "{} point{} on a crack taken to lie beside it, 1e-3 spacings to the left of its direction (in 3D: where "
+        "its corners run counter-clockwise)",
+        cracks.moved(), cracks.moved() == 1 ? " is" : "s are");
+  return sites;
+}
+
+}  // namespace calor

@@ -1,0 +1,31 @@
+#pragma once
+// Pair weights of bodies with cracks, from the weights of the intact body. Two treatments:
+// - Cracks that insulate from the start are surface. The pairs across are cut. What they carried along the faces is
+//   given back to the pairs that are left, so that heat runs beside the crack as in the rest of the body; what they
+//   carried across becomes the area vectors of the faces, equal and opposite; then the weights are made consistent
+//   again. Without these areas that last step would heal the crack: the remaining pairs would take over what the cut
+//   ones carried.
+// - Contacts, and cracks that open while running, act on single pairs, whose weights stay those of the intact body: a
+//   failed pair conducts no more, a contact conducts in series with its pair. Always stable, of first order.
+#include <memory>
+
+#include "cloud/cracks.hpp"
+#include "conduction/correction.hpp"
+#include "conduction/method.hpp"
+#include "conduction/mirror_images.hpp"
+#include "conduction/pair_sites.hpp"
+
+namespace calor {
+
+/// The pair sites of a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
+/// numbers of the last correction. Collective; throws Error.
+PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
+                        CorrectionReport& report);
+
+/// The flux sites of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
+/// from all pairs, images folded.
+std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, MirroredNeighbours mirrored,
+                                       std::vector<double> G, Layers layers, CorrectionReport& done,
+                                       MethodReport& report);
+
+}  // namespace calor

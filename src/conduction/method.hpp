@@ -1,0 +1,37 @@
+#pragma once
+// The only step that knows the method: cloud in, flux sites out. A new method is a new file and a line in method.cpp.
+#include <map>
+#include <memory>
+#include <string>
+
+#include "boundary/conditions.hpp"
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+#include "conduction/flux_sites.hpp"
+#include "material/material_field.hpp"
+
+namespace calor {
+
+/// What a method tells about itself for report.json: name -> value.
+using MethodReport = std::map<std::string, double>;
+
+struct Method {
+  std::string name;
+  /// How far its points see at most: sizes the ghosts.
+  Support (*reach)(const Case& c);
+  /// `conditions` say which walls mirror images lie beyond, `material` whether its heat capacity varies.
+  std::unique_ptr<FluxSites> (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                                      const MaterialField& material, MethodReport& report);
+};
+
+/// Counts pairs for the report and refuses points with too few neighbours. Collective.
+void count_pairs(const Cloud& cloud, const Neighbours& neighbours, MethodReport& report);
+
+/// The method that the case names.
+const Method& chosen_method(const Case& c);
+
+void declare_methods(Schema& schema);
+
+}  // namespace calor

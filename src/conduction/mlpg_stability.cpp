@@ -1,0 +1,262 @@
+#include "conduction/mlpg_stability.hpp"
+
+#include <petscksp.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/sphere_cells.hpp"
+
+namespace calor {
+
+namespace {
+
+/// A lattice of unit spacing around the origin with the entries of one row of a matrix.
+class Stencil {
+ public:
+  Stencil(int dimension, int half) : D_(dimension), half_(half), side_(2 * half + 1) {
+    for (int n = 0; n < size(); ++n) entry_.push_back(0);
+  }
+  int size() const { return D_ == 1 ? side_ : D_ == 2 ? side_ * side_ : side_ * side_ * side_; }
+  Vec3 location(int n) const {
+    Vec3 x;
+    for (int a = 0; a < D_; ++a, n /= side_) x[a] = n % side_ - half_;
+    return x;
+  }
+  double& entry(int n) { return entry_[n]; }
+  double entry(int n) const { return entry_[n]; }
+
+  /// sum_n entry_n cos(k_1 x_1) cos(k_2 x_2) ..: the symbol of a stencil that is even along every axis.
+  double symbol(const Vec3& k) const {
+    std::array<std::vector<double>, 3> cosine;
+    for (int a = 0; a < D_; ++a)
+      for (int n = -half_; n <= half_; ++n) cosine[a].push_back(std::cos(k[a] * n));
+    double sum = 0;
+    for (int n = 0; n < size(); ++n) {
+      double product = entry_[n];
+      for (int a = 0, m = n; a < D_; ++a, m /= side_) product *= cosine[a][m % side_];
+      sum += product;
+    }
+    return sum;
+  }
+
+ private:
+  int D_, half_, side_;
+  std::vector<double> entry_;
+};
+
+/// Adds weight * phi, or weight . grad phi, at x to the stencil.
+template <class Add>
+void for_each_node(const MovingLeastSquares& mls, double R, const Vec3& x, bool slopes, const Stencil& stencil,
+                   const Add& add) {
+  std::vector<int> number;
+  std::vector<Vec3> nodes;
+  for (int n = 0; n < stencil.size(); ++n) {
+    const Vec3 y = stencil.location(n);
+    if (dot(x - y, x - y) < R * R * (1 - 1e-9)) number.push_back(n), nodes.push_back(y);
+  }
+  const std::vector<double> radius(nodes.size(), R);
+  std::vector<double> phi(nodes.size());
+  std::vector<Vec3> gradient(slopes ? nodes.size() : 0);
+  if (!mls.evaluate(x, nodes, radius, phi, gradient)) return;
+  for (std::size_t k = 0; k < nodes.size(); ++k) add(number[k], phi[k], slopes ? gradient[k] : Vec3{});
+}
+
+struct PetscMarch {
+  Mat A = nullptr, B = nullptr;
+  Vec T = nullptr, right = nullptr;
+  KSP solver = nullptr;
+  ~PetscMarch() {
+    KSPDestroy(&solver);
+    VecDestroy(&T);
+    VecDestroy(&right);
+    MatDestroy(&A);
+    MatDestroy(&B);
+  }
+};
+
+/// Adds factor * rows into a matrix.
+class Entries final : public JacobianEntries {
+ public:
+  Entries(const Cloud& cloud, Mat matrix, double factor) : cloud_(cloud), matrix_(matrix), factor_(factor) {}
+  void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
+    numbers_.clear(), scaled_.clear();
+    for (const std::int32_t j : columns) numbers_.push_back(static_cast<PetscInt>(cloud_.global[j]));
+    for (const double v : values) scaled_.push_back(factor_ * v);
+    const auto number = static_cast<PetscInt>(cloud_.global[row]);
+    MatSetValues(matrix_, 1, &number, static_cast<PetscInt>(numbers_.size()), numbers_.data(), scaled_.data(),
+                 ADD_VALUES);
+  }
+
+ private:
+  const Cloud& cloud_;
+  Mat matrix_;
+  double factor_;
+  std::vector<PetscInt> numbers_;
+  std::vector<double> scaled_;
+};
+
+/// C/dt + factor K with rho c = k = 1.
+Mat stepping_matrix(const Cloud& cloud, const MlpgSites& sites, double dt, double factor) {
+  std::vector<PetscInt> diagonal(cloud.owned, 1), off_diagonal(cloud.owned, 0);
+  for (int i = 0; i < cloud.owned; ++i)
+    for (const int j : sites.coupled(i)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
+  Mat matrix = nullptr;
+  MatCreateAIJ(cloud.comm, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0, diagonal.data(), 0,
+               off_diagonal.data(), &matrix);
+  const auto hold = [&](int i, const SparseRows& phi, std::size_t r, double volume) {
+    Entries entries(cloud, matrix, volume / dt);
+    const auto n = static_cast<std::size_t>(phi.row[r + 1] - phi.row[r]);
+    entries.add(i, {phi.column.data() + phi.row[r], n}, {phi.value.data() + phi.row[r], n});
+  };
+  const CellQuadrature* cells = sites.capacity_quadrature();
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (!cells) hold(i, *sites.point_values(), i, cloud.volume[i]);
+    for (auto q = cells ? cells->cell[i] : 0; cells && q < cells->cell[i + 1]; ++q)
+      hold(i, cells->phi, q, cells->volume[q]);
+  }
+  const std::vector<double> one(sites.faces().size(), 1.0);
+  Entries entries(cloud, matrix, -factor);  // the sites give -K
+  sites.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}}, {}, entries);
+  MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY);
+  MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY);
+  return matrix;
+}
+
+double volume_of(const LatticeCell& cell) {
+  double sum = 0;
+  for (const double v : cell.volume) sum += v;
+  return sum;
+}
+
+void gather_at_origin(LatticeCell& cell) {
+  cell.volume = {volume_of(cell)};
+  cell.inside = {{}};
+}
+
+}  // namespace
+
+LatticeCell lattice_box(int D, bool one_point) {
+  LatticeCell cell;
+  const double g = 0.5 / std::sqrt(3.0);
+  const auto corner = [&](int q) {
+    Vec3 x;
+    for (int a = 0; a < D; ++a) x[a] = q >> a & 1 ? g : -g;
+    return x;
+  };
+  const int corners = 1 << D;
+  for (int q = 0; q < corners; ++q) {
+    cell.inside.push_back(corner(q));
+    cell.volume.push_back(1.0 / corners);
+    for (int a = 0; a < D; ++a) {  // the corner's share of the face towards it
+      Vec3 x = corner(q), area;
+      area[a] = std::copysign(2.0 / corners, x[a]);
+      x[a] = std::copysign(0.5, x[a]);
+      cell.face.push_back(x);
+      cell.area.push_back(area);
+    }
+  }
+  if (one_point) gather_at_origin(cell);
+  return cell;
+}
+
+LatticeCell lattice_sphere(int D, double radius, bool one_point) {
+  LatticeCell cell;
+  const UnitSphere unit = unit_sphere(D, {});
+  for (std::size_t q = 0; q < unit.on.size(); ++q) {
+    cell.face.push_back(radius * unit.on[q]);
+    cell.area.push_back(std::pow(radius, D - 1) * unit.area[q] * unit.on[q]);
+  }
+  for (std::size_t q = 0; q < unit.inside.size(); ++q) {
+    cell.inside.push_back(radius * unit.inside[q]);
+    cell.volume.push_back(std::pow(radius, D) * unit.volume[q]);
+  }
+  if (one_point) gather_at_origin(cell);
+  return cell;
+}
+
+LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell) {
+  const int D = mls.dimension;
+  const double size = volume_of(cell);
+  double farthest = 0;
+  for (const Vec3& x : cell.face) farthest = std::max(farthest, norm(x));
+  Stencil C(D, static_cast<int>(std::ceil(R + farthest))), K = C;
+  for (std::size_t q = 0; q < cell.inside.size(); ++q)
+    for_each_node(mls, R, cell.inside[q], false, C,
+                  [&](int n, double phi, const Vec3&) { C.entry(n) += cell.volume[q] / size * phi; });
+  for (std::size_t q = 0; q < cell.face.size(); ++q)
+    for_each_node(mls, R, cell.face[q], true, K,
+                  [&](int n, double, const Vec3& slope) { K.entry(n) -= dot(cell.area[q], slope) / size; });
+
+  LatticeSymbols out{.least_capacity = 1, .least_rate = std::numeric_limits<double>::infinity(), .kappa = 0};
+  for (int n = 0; n < K.size(); ++n) out.kappa -= K.entry(n) * dot(K.location(n), K.location(n)) / (2 * D);
+  constexpr int waves = 24;
+  for (int w = 1; w < std::pow(waves + 1, D); ++w) {
+    Vec3 k;
+    for (int a = 0, m = w; a < D; ++a, m /= waves + 1) k[a] = std::numbers::pi * (m % (waves + 1)) / waves;
+    if (k.x < k.y || k.y < k.z) continue;  // the axes are alike
+    const double c = C.symbol(k);
+    out.least_capacity = std::min(out.least_capacity, c);
+    out.least_rate = std::min(out.least_rate, K.symbol(k) / c);
+  }
+  return out;
+}
+
+double start_up_growth(const Cloud& cloud, const MlpgSites& sites) {
+  constexpr int steps = 60, watched = 20;
+  double d = std::numeric_limits<double>::max();
+  for (int i = 0; i < cloud.owned; ++i) d = std::min(d, cloud.spacing[i]);
+  d = min(cloud.comm, d);
+  const double dt = 0.1 * d * d;
+  PetscMarch march;
+  march.A = stepping_matrix(cloud, sites, dt, 0.5);
+  march.B = stepping_matrix(cloud, sites, dt, -0.5);
+  MatCreateVecs(march.A, &march.T, &march.right);
+  KSPCreate(cloud.comm, &march.solver);
+  KSPSetOperators(march.solver, march.A, march.A);
+  KSPSetType(march.solver, KSPBCGS);
+  KSPSetTolerances(march.solver, 1e-8, 1e-300, PETSC_DEFAULT, 400);
+  KSPSetInitialGuessNonzero(march.solver, PETSC_TRUE);
+  PC jacobi = nullptr;
+  KSPGetPC(march.solver, &jacobi);
+  PCSetType(jacobi, PCJACOBI);
+
+  std::vector<double> T(cloud.local());
+  const auto copy = [&](bool from_vec) {
+    double* values = nullptr;
+    VecGetArray(march.T, &values);
+    if (from_vec)
+      std::copy_n(values, cloud.owned, T.begin());
+    else
+      std::copy_n(T.begin(), cloud.owned, values);
+    VecRestoreArray(march.T, &values);
+  };
+  const auto size = [&] {
+    cloud.halo.update(std::span<double>(T));
+    std::vector<double> values(cloud.owned);
+    sites.point_values()->apply(T, values);
+    return std::sqrt(dot(cloud.comm, values, values));
+  };
+  for (int i = 0; i < cloud.owned; ++i) T[i] = 2 * hashed_uniform(1, static_cast<std::uint64_t>(cloud.id[i])).x - 1;
+  const double start = size();
+  copy(false);
+  double before = start, now = start;
+  for (int step = 1; step <= steps; ++step) {
+    MatMult(march.B, march.T, march.right);
+    KSPSolve(march.solver, march.right, march.T);
+    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+    KSPGetConvergedReason(march.solver, &reason);
+    copy(true);
+    now = size();
+    if (reason < 0 || !(now < 10 * start)) return std::numeric_limits<double>::infinity();
+    if (step == steps - watched) before = now;
+  }
+  return now / before;
+}
+
+}  // namespace calor

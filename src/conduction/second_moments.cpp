@@ -1,0 +1,195 @@
+// Sinkhorn scaling of the traces and soft fit of the whole second moments.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "conduction/conjugate_gradients.hpp"
+#include "conduction/correction_steps.hpp"
+
+namespace calor {
+
+namespace {
+
+constexpr int sinkhorn_sweeps = 30;
+/// Of the diagonal: (M) is over-determined, so it must not be hard; and it is no truer than the volumes.
+constexpr double softness_of_nearest = 1e-3, softness_of_sectors = 0.2;
+constexpr double floor_of_fit = 0.02;
+
+/// xx, yy, zz, xy, xz, yz of a (x) a, or of a symmetric tensor.
+using Six = std::array<double, 6>;
+
+Six products(const Vec3& a) { return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z}; }
+
+/// Six numbers per local point, as two fields that the halo can exchange.
+struct TensorField {
+  std::vector<Vec3> diagonal, mixed;
+
+  explicit TensorField(const Cloud& cloud) : diagonal(cloud.local()), mixed(cloud.local()) {}
+  void update(const Halo& halo) {
+    halo.update(std::span<Vec3>(diagonal));
+    halo.update(std::span<Vec3>(mixed));
+  }
+  /// q : (tau_i + tau_j) of entry n in row i, the same bits for (j, i). A reflected tensor changes the signs of its
+  /// mixed components.
+  template <bool has_images>
+  double sum_at(const Six& q, const PairVectors<has_images>& pair, int i, std::int64_t n) const {
+    const int j = pair.neighbours.column[n];
+    Vec3 mixed_j = mixed[j];
+    if constexpr (has_images) {
+      const Vec3& s = pair.neighbours.mirrors[pair.neighbours.image[n]].sign;
+      mixed_j = {s.x * s.y * mixed_j.x, s.x * s.z * mixed_j.y, s.y * s.z * mixed_j.z};
+    }
+    const Vec3 d = diagonal[i] + diagonal[j], m = mixed[i] + mixed_j;
+    return q[0] * d.x + q[1] * d.y + q[2] * d.z + q[3] * m.x + q[4] * m.y + q[5] * m.z;
+  }
+  /// tau_i, its mixed components twice, of an owned point.
+  void set(int i, double s, const Six& t) {
+    diagonal[i] = {s * t[0], s * t[1], s * t[2]};
+    mixed[i] = {s * t[3], s * t[4], s * t[5]};
+  }
+};
+
+/// Calls use(i, sum_j g_ij [x_ji.(tau_i + tau_j) x_ji] x_ji (x) x_ji) for the owned points.
+template <class Use>
+void for_each_change(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g,
+                     const TensorField& tau, const Use& use) {
+  with_pair_vectors(neighbours, cloud.x, [&](const auto& pair) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      Six sum = {};
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+        const Six q = products(pair.x_ji(i, n));
+        const double s = g[n] * tau.sum_at(q, pair, i, n);
+        for (int c = 0; c < 6; ++c) sum[c] += s * q[c];
+      }
+      use(i, sum);
+    }
+  });
+}
+
+/// g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], not below 0.02 g_ij.
+void change(const Cloud& cloud, const Neighbours& neighbours, const TensorField& tau, std::span<double> g) {
+  with_pair_vectors(neighbours, cloud.x, [&](const auto& pair) {
+    for (int i = 0; i < cloud.owned; ++i)
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        g[n] *= std::max(1 + tau.sum_at(products(pair.x_ji(i, n)), pair, i, n), floor_of_fit);
+  });
+}
+
+/// A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number
+/// of iterations makes the weights a continuous function of the cloud.
+constexpr CgLimits rough = {.relative = 1e-12, .absolute = 0, .iterations = 30};
+
+}  // namespace
+
+void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
+                  std::span<double> g) {
+  const auto& x = cloud.x;
+  std::vector<double> trace(g.size()), a(cloud.local(), 1.0), scaled(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = neighbours.x_ji(x, i, n);
+      trace[n] = g[n] * dot(r, r);
+    }
+  }
+  for (int sweep = 0; sweep < sinkhorn_sweeps; ++sweep) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      double sum = 0;
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += trace[n] * a[neighbours.column[n]];
+      scaled[i] = std::sqrt(a[i] * (2 * cloud.dimension * volume[i] / sum));
+    }
+    std::copy(scaled.begin(), scaled.end(), a.begin());
+    cloud.halo.update(std::span<double>(a));
+  }
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) g[n] *= a[i] * a[neighbours.column[n]];
+  }
+}
+
+int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+  // Normal equations of the least change of g, in the metric of g, with soft rows:
+  //   (M g M^T + softness diag) z = rhs - M g,  M_i = x_ji (x) x_ji / d_i,  rhs_i = 2 V_i I / d_i.
+  const auto& x = cloud.x;
+  const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
+  const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
+  std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
+  for (int i = 0; i < cloud.owned; ++i) {
+    const double s = 1 / cloud.spacing[i];
+    double* R = rhs.data() + 6 * i;
+    double fourth = 0;
+    for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s;
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = neighbours.x_ji(x, i, n);
+      const Six q = products(r);
+      for (int c = 0; c < 6; ++c) R[c] -= g[n] * q[c] * s;
+      fourth += g[n] * (dot(r, r) * s) * (dot(r, r) * s);
+    }
+    // The diagonal that neighbours alike in all directions would give, so that the fit turns with the body.
+    const int D = cloud.dimension;
+    for (int c = 0; c < 6; ++c) diagonal[6 * i + c] = fourth * (c < 3 ? 3.0 : 1.5) / (D * (D + 2));
+  }
+
+  TensorField tau(cloud);
+  const auto set_tau = [&](std::span<const double> p) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double* t = p.data() + 6 * i;
+      tau.set(i, 1 / cloud.spacing[i],
+              {t[0], t[1], t[2], t[3], t[4], t[5]});  // the rows of the fit are scaled by 1/d_i
+    }
+    tau.update(cloud.halo);
+  };
+  const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
+    set_tau(p);
+    for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
+      for (int c = 0; c < 6; ++c) {
+        const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
+        y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
+      }
+    });
+  };
+  const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+    for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
+  };
+  const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  set_tau(z);
+  change(cloud, neighbours, tau, g);
+  return solved.iterations;
+}
+
+void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
+                            std::span<const double> missing, std::span<double> g) {
+  // As above, of every tensor only its multiple of P_i. With p such that x.P_i x = p . products(x):
+  const auto p = [&](int i) {
+    const Symmetric3& t = P[i];
+    return Six{t.xx, t.yy, t.zz, 2 * t.xy, 2 * t.xz, 2 * t.yz};
+  };
+  const auto dot = [](const Six& a, const Six& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
+  std::vector<double> diagonal(cloud.owned), rhs(cloud.owned), z(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const double q = dot(p(i), products(neighbours.x_ji(cloud.x, i, n))) / cloud.spacing[i];
+      diagonal[i] += g[n] * q * q;
+    }
+    if (diagonal[i] > 0) rhs[i] = missing[i] / cloud.spacing[i];
+  }
+  TensorField tau(cloud);
+  const auto set_tau = [&](std::span<const double> z) {
+    for (int i = 0; i < cloud.owned; ++i) tau.set(i, z[i] / cloud.spacing[i], p(i));
+    tau.update(cloud.halo);
+  };
+  const LinearMap normal_matrix = [&](std::span<const double> z, std::span<double> y) {
+    set_tau(z);
+    for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
+      y[i] = dot(p(i), sum) / cloud.spacing[i] + softness_of_nearest * diagonal[i] * z[i];
+    });
+  };
+  const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+    for (std::size_t i = 0; i < r.size(); ++i) y[i] = diagonal[i] > 0 ? r[i] / diagonal[i] : 0;
+  };
+  conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  set_tau(z);
+  change(cloud, neighbours, tau, g);
+}
+
+}  // namespace calor

@@ -1,0 +1,168 @@
+#include "conduction/sph.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <numbers>
+#include <utility>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/cracked_pairs.hpp"
+#include "conduction/mirror_images.hpp"
+#include "conduction/wall_rows.hpp"
+
+namespace calor {
+
+namespace {
+
+/// C of W = C / h^D w(r/h): the integral of W is 1.
+double kernel_constant(int dimension) {
+  constexpr double pi = std::numbers::pi;
+  return dimension == 1 ? 2.0 / 3 : dimension == 2 ? 10 / (7 * pi) : 1 / pi;
+}
+
+double power(double h, int n) {
+  double p = 1;
+  for (; n > 0; --n) p *= h;
+  return p;
+}
+
+/// Weights inside an unbounded box lattice with h = d, divided by s = 1/D sum_j V_j F_ij r_ij^2, which is 1.013 in 2D
+/// and 1.020 in 3D: undivided, every transient would run faster by that. |x_ji|^2 = 1, 2, 3 d^2 are all that h = d
+/// reaches.
+std::vector<double> lattice_weights(const Cloud& cloud) {
+  const int D = cloud.dimension;
+  double d = cloud.owned > 0 ? cloud.spacing[0] : 0;
+  d = max(cloud.comm, d);
+  if (d == 0) return {};
+  const double V = power(d, D);
+  const double places[3][3] = {{2, 0, 0}, {4, 4, 0}, {6, 12, 8}};  // lattice points at distance 1, sqrt 2, sqrt 3
+  std::vector<double> F(D);
+  double s = 0;
+  for (int m = 0; m < D; ++m) {
+    F[m] = cubic_spline_F(std::sqrt(m + 1.0) * d, d, D);
+    s += places[D - 1][m] * V * F[m] * (m + 1) * d * d / D;
+  }
+  for (double& f : F) f = 2 * V * V * f / s * cloud.cross_section;
+  return F;
+}
+
+bool has_exact_weights(const Cloud& cloud) { return cloud.box_lattice || (cloud.lattice && cloud.lattice->graded()); }
+
+/// The smoothing that the case asks for, or what suits the cloud.
+double smoothing_of(const Table& options, bool exact_lattice) {
+  if (!options.has("smoothing")) return exact_lattice ? 1 : 1.2;
+  const double smoothing = options.number("smoothing");
+  if (!(smoothing > 0.5 && smoothing <= 5)) {
+    options.refuse("smoothing",
+                   fmt::format("smoothing = {:g}: h over spacing must lie above 0.5 and not beyond 5", smoothing),
+                   "take 1 on box lattices, 1.2 on other clouds");
+  }
+  return smoothing;
+}
+
+Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
+
+std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
+                                 MethodReport& report) {
+  const Table options = c.section("sph");
+  const double smoothing = smoothing_of(options, has_exact_weights(cloud));
+  const bool paper = options.text("correction") == "paper";
+  if (!cloud.has_areas) {
+    c.section("cloud").refuse(
+        "file",
+        fmt::format("correction = \"{}\" needs to know the surface of the body, but the cloud has no boundary areas",
+                    options.text("correction")),
+        "give the columns area_x, area_y, area_z of the boundary points in the cloud's file");
+  }
+  if (paper && has_cracks(c))
+    options.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
+  if (paper && !cloud.points_on_walls) {
+    options.refuse("correction",
+                   "correction = \"paper\" writes the wall conditions at points on the walls, and the cloud has none",
+                   "use at = \"walls\" in [cloud], or correction = \"consistent\"");
+  }
+  MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_reach(smoothing), conditions, true);
+  count_pairs(cloud, mirrored.neighbours, report);
+  report["smoothing"] = smoothing;
+  if (paper) return std::make_unique<PairSites>(sph_paper(cloud, std::move(mirrored.neighbours), smoothing));
+
+  CorrectionReport done;
+  auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
+  auto sites = with_cracks(c, cloud, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  add_to_report(done, report);
+  return sites;
+}
+
+}  // namespace
+
+double cubic_spline(double r, double h, int dimension) {
+  const double z = r / h, c = kernel_constant(dimension) / power(h, dimension);
+  if (z < 1) return c * (1 - 1.5 * z * z + 0.75 * z * z * z);
+  if (z < 2) return c * 0.25 * (2 - z) * (2 - z) * (2 - z);
+  return 0;
+}
+
+double cubic_spline_F(double r, double h, int dimension) {
+  const double z = r / h, c = kernel_constant(dimension) / power(h, dimension + 2);
+  if (z < 1) return c * (3 - 2.25 * z);
+  if (z < 2) return c * 0.75 * (2 - z) * (2 - z) / z;
+  return 0;
+}
+
+std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
+                                     double smoothing) {
+  std::vector<double> g(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const double h = smoothing * (0.5 * (cloud.spacing[i] + cloud.spacing[j]));
+      const double F = cubic_spline_F(norm(neighbours.x_ji(cloud.x, i, n)), h, cloud.dimension);
+      g[n] = 2 * (V[i] * V[j]) * F / cloud.cross_section;
+    }
+  }
+  return g;
+}
+
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report) {
+  const bool one_layer = std::abs(smoothing - 1) < 1e-9;
+  if (one_layer && cloud.lattice && cloud.lattice->graded()) return graded_lattice_weights(cloud, neighbours, report);
+  return consistent_weights(
+      cloud, neighbours, [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); },
+      one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
+}
+
+PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report) {
+  auto G = sph_consistent_weights(cloud, neighbours, smoothing, report);
+  return PairSites(cloud, std::move(neighbours), std::move(G));
+}
+
+PairSites sph_paper(const Cloud& cloud, Neighbours neighbours, double smoothing) {
+  auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
+  // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
+  auto walls = zeta_rows(cloud, neighbours, G);
+  return PairSites(cloud, std::move(neighbours), std::move(G), std::move(walls));
+}
+
+Method sph_method() { return {"sph", reach, build}; }
+
+void declare_sph(Schema& schema) {
+  schema.add(
+      {.path = "sph",
+       .sentence = "Options of smoothed particle hydrodynamics.",
+       .keys = {{"smoothing", Kind::number, "", optional,
+                 "Smoothing length over spacing; default: 1 on box lattices (of one spacing, or graded), where it is "
+                 "exact, 1.2 on other clouds."},
+                {"correction",
+                 Kind::choice,
+                 "",
+                 "consistent",
+                 "How the pairs are corrected: \"consistent\" conserves heat and is of second order on any cloud; "
+                 "\"paper\" is the paper's own treatment of walls, for comparison.",
+                 {"consistent", "paper"}}}});
+}
+
+}  // namespace calor

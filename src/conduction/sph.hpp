@@ -1,0 +1,46 @@
+#pragma once
+// Smoothed particle hydrodynamics: the pair form of div(k grad T) (Cleary & Monaghan, J. Comput. Phys. 148, 1999) with
+// the cubic spline kernel of Rong & Kisu, eq. (4), whose constants are those of docs/theory (the printed ones do not
+// integrate to 1).
+#include "case/case.hpp"
+#include "cloud/cloud.hpp"
+#include "cloud/neighbours.hpp"
+#include "conduction/correction.hpp"
+#include "conduction/method.hpp"
+#include "conduction/pair_sites.hpp"
+
+namespace calor {
+
+/// Cubic spline W(r, h) in `dimension` dimensions, 1/m^D; support 2h.
+double cubic_spline(double r, double h, int dimension);
+/// F = -W'(r)/r > 0, so that grad_i W_ij = F x_ji; 1/m^(D+2).
+double cubic_spline_F(double r, double h, int dimension);
+
+/// Support radius over spacing: twice the smoothing length over the spacing.
+inline double sph_reach(double smoothing) { return 2 * smoothing; }
+
+/// 2 V_i V_j F_ij / section for every directed pair, m; the section enters V_i V_j twice and the weight once. The same
+/// bits for (i, j) and (j, i). V of all local points.
+std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
+                                     double smoothing);
+
+/// The consistent pair weights, m. `neighbours` within sph_reach(smoothing), images included. Collective.
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report);
+/// The same as flux sites, where there are no images.
+PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report);
+
+/// The weights alone.
+std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
+                                           CorrectionReport& report);
+
+/// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
+/// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
+/// sum is not divided by its second moment, as printed. The cloud must have its points on the walls and boundary areas.
+PairSites sph_paper(const Cloud& cloud, Neighbours neighbours, double smoothing);
+
+/// Registers method = "sph".
+Method sph_method();
+void declare_sph(Schema& schema);
+
+}  // namespace calor

@@ -1,0 +1,78 @@
+#pragma once
+// Which points' supports cover a place, and the rows of shape functions there.
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "cloud/cells.hpp"
+#include "cloud/cloud.hpp"
+#include "conduction/mls.hpp"
+
+namespace calor {
+
+/// How far the support of a point reaches.
+struct SupportSize {
+  double spacings = 2.3;  ///< R_J = spacings * d_J
+  int neighbours = 0;     ///< instead, if not 0: R_J = 1.1 times the distance to the so-manieth nearest point
+  /// Supports are enlarged where a place sees fewer points than this, or points from which no fit can be made.
+  int least = 0;
+
+  /// The largest radius over spacing that counting and enlarging may lead to.
+  double limit() const;
+};
+
+/// Shape functions at many places in compressed rows: those of place q are phi[row[q]] .. phi[row[q+1]], of the local
+/// points column[..] in ascending order of id, so that sums over a row do not depend on the number of ranks.
+struct ShapeRows {
+  std::vector<std::int64_t> row = {0};
+  std::vector<std::int32_t> column;
+  std::vector<double> phi;
+  std::vector<double> slope;  ///< grad phi . along of the first rows, which were given such a vector
+
+  std::size_t size() const { return row.size() - 1; }
+};
+
+/// Finds the points whose support covers a place.
+class Supports {
+ public:
+  /// R: support radii of all local points, m.
+  Supports(const Cloud& cloud, std::vector<double> R);
+
+  std::span<const double> radius() const { return R_; }
+  void set_radius(std::span<const double> R);
+
+  /// Local points J with |x - x_J| < R_J, ascending by id.
+  void covering(const Vec3& x, std::vector<std::int32_t>& found) const;
+  /// The `count` local points nearest to x within `reach`, nearest first; fewer if there are no more.
+  std::vector<std::int32_t> nearest(const Vec3& x, int count, double reach) const;
+
+ private:
+  template <class Use>
+  void for_each_near(const Vec3& x, double reach, const Use& use) const;
+
+  const Cloud& cloud_;
+  std::vector<double> R_;
+  double largest_ = 0;
+  Cells cells_;
+  CellOrder order_;
+};
+
+/// What enlarging did, for the report.
+struct SupportReport {
+  std::int64_t enlarged = 0;  ///< points whose support was enlarged
+  double largest = 0;         ///< radius over spacing
+  std::vector<double> R;      ///< radii of all local points, m
+};
+
+/// Rows of shape functions at `places`, every one within a spacing of an owned point of this rank; the first rows with
+/// their slopes times the vectors `along`. Supports that are too small for any of the places (of all ranks) are
+/// enlarged to 1.15 times the distance of the nearest points. Does not depend on the number of ranks. Collective;
+/// throws Error that names the place and the condition number where no support within the limit gives a fit.
+ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size,
+                     std::span<const Vec3> places, std::span<const Vec3> along, SupportReport& report);
+
+/// The same from radii R, which are enlarged.
+ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size, std::vector<double>& R,
+                     std::span<const Vec3> places, std::span<const Vec3> along);
+
+}  // namespace calor

@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "conduction/conjugate_gradients.hpp"
+#include "conduction/correction_steps.hpp"
+#include "conduction/faces.hpp"
+#include "conduction/sph.hpp"
+
+namespace calor {
+
+namespace {
+
+constexpr double smoothing = 1;
+/// Of the diagonal: the second moments are over-determined, so they must not be hard.
+constexpr double softness = 1e-3;
+constexpr int most_iterations = 200, most_polish_iterations = 20000;
+
+/// One Cartesian component c of the area vectors, as potentials at the points:
+///   a_ij = a0_ij + w_ij [psi_i - psi_j + 1/2 (m_i + m_j).x_ji],  w_ij = g_ij |x_ji|^2,
+/// antisymmetric by construction. With Q the map from a to (sum_j a_ij, 1/2 sum_j a_ij x_ji / d_i), the potentials
+/// solve (Q w Q^T + soft rows) z = goal - Q a0: the least change of a in the metric 1/w.
+class Component {
+ public:
+  Component(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g)
+      : cloud_(cloud),
+        neighbours_(neighbours),
+        D_(cloud.dimension),
+        w_(g.begin(), g.end()),
+        psi_(cloud.local()),
+        m_(cloud.local()),
+        diagonal_(cloud.owned),
+        diagonal_m_(cloud.owned) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double d = cloud.spacing[i];
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+        const Vec3 r = offset(i, n);
+        w_[n] *= dot(r, r);
+        diagonal_[i] += w_[n];
+        // The diagonal that neighbours alike in all directions would give, so that the faces turn with the body.
+        diagonal_m_[i] += w_[n] * dot(r, r) / (4 * D_ * d * d);
+      }
+    }
+  }
+
+  /// Solves for component c of a, which holds a0 on entry. Returns the iterations.
+  int solve(int c, std::span<double> a) {
+    const std::size_t rows = 1 + D_;
+    std::vector<double> goal(rows * cloud_.owned), z(goal.size());
+    for (int i = 0; i < cloud_.owned; ++i) {
+      double* b = goal.data() + rows * i;
+      b[0] = -cloud_.area[i][c];
+      b[1 + c] = cloud_.volume[i] / cloud_.spacing[i];
+      subtract_moments(i, a, b);
+    }
+    const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
+      set_potentials(p);
+      for (int i = 0; i < cloud_.owned; ++i) {
+        double sum = 0;
+        Vec3 moment;
+        for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+          const double change = w_[n] * drop(i, n);
+          sum += change;
+          moment += change * offset(i, n);
+        }
+        double* out = y.data() + rows * i;
+        out[0] = sum;
+        for (int b = 0; b < D_; ++b)
+          out[1 + b] = 0.5 * moment[b] / cloud_.spacing[i] + softness * diagonal_m_[i] * p[rows * i + 1 + b];
+      }
+    };
+    const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+      for (int i = 0; i < cloud_.owned; ++i)
+        for (std::size_t k = 0; k < rows; ++k)
+          y[rows * i + k] = r[rows * i + k] / (k == 0 ? diagonal_[i] : (1 + softness) * diagonal_m_[i]);
+    };
+    const auto solved = conjugate_gradients(cloud_.comm, normal_matrix, scaling, goal, z,
+                                            {.relative = 1e-10, .iterations = most_iterations});
+    set_potentials(z);
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) a[n] += w_[n] * drop(i, n);
+    return solved.iterations + polish(c, a);
+  }
+
+ private:
+  Vec3 offset(int i, std::int64_t n) const { return cloud_.x[neighbours_.column[n]] - cloud_.x[i]; }
+
+  /// psi_i - psi_j + 1/2 (m_i + m_j).x_ji: changes its sign, and no bit, with the direction of the pair.
+  double drop(int i, std::int64_t n) const {
+    const int j = neighbours_.column[n];
+    return (psi_[i] - psi_[j]) + 0.5 * dot(m_[i] + m_[j], offset(i, n));
+  }
+
+  void set_potentials(std::span<const double> z) {
+    for (int i = 0; i < cloud_.owned; ++i) {
+      const double* p = z.data() + static_cast<std::size_t>(1 + D_) * i;
+      psi_[i] = p[0];
+      for (int b = 0; b < D_; ++b) m_[i][b] = p[1 + b] / cloud_.spacing[i];
+    }
+    cloud_.halo.update(std::span<double>(psi_));
+    cloud_.halo.update(std::span<Vec3>(m_));
+  }
+
+  void subtract_moments(int i, std::span<const double> a, double* b) const {
+    for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+      b[0] -= a[n];
+      for (int k = 0; k < D_; ++k) b[1 + k] -= 0.5 * a[n] * offset(i, n)[k] / cloud_.spacing[i];
+    }
+  }
+
+  /// The hard rows alone, to round-off: a graph Laplacian in psi.
+  int polish(int c, std::span<double> a) {
+    std::ranges::fill(m_, Vec3{});
+    std::vector<double> R(cloud_.owned), z(R.size());
+    for (int i = 0; i < cloud_.owned; ++i) {
+      R[i] = -cloud_.area[i][c];
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) R[i] -= a[n];
+    }
+    const double mean = sum(cloud_.comm, R) / static_cast<double>(cloud_.count);
+    for (double& r : R) r -= mean;
+    const auto set = [&](std::span<const double> p) {
+      std::ranges::copy(p, psi_.begin());
+      cloud_.halo.update(std::span<double>(psi_));
+    };
+    const LinearMap laplacian = [&](std::span<const double> p, std::span<double> y) {
+      set(p);
+      for (int i = 0; i < cloud_.owned; ++i) {
+        y[i] = 0;
+        for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n)
+          y[i] += w_[n] * (psi_[i] - psi_[neighbours_.column[n]]);
+      }
+    };
+    const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
+      for (std::size_t i = 0; i < r.size(); ++i) y[i] = r[i] / diagonal_[i];
+    };
+    double size = 0;
+    for (int i = 0; i < cloud_.owned; ++i) size = std::max(size, std::pow(cloud_.spacing[i], D_ - 1));
+    size = max(cloud_.comm, size) * cloud_.cross_section * std::sqrt(static_cast<double>(cloud_.count));
+    const auto solved =
+        conjugate_gradients(cloud_.comm, laplacian, scaling, R, z,
+                            {.relative = 1e-13, .absolute = 1e-15 * size, .iterations = most_polish_iterations});
+    set(z);
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n)
+        a[n] += w_[n] * (psi_[i] - psi_[neighbours_.column[n]]);
+    return solved.iterations;
+  }
+
+  const Cloud& cloud_;
+  const Neighbours& neighbours_;
+  const int D_;
+  std::vector<double> w_;  // of the directed pairs
+  std::vector<double> psi_;
+  std::vector<Vec3> m_;
+  std::vector<double> diagonal_, diagonal_m_;  // of the rows of psi and m
+};
+
+void require_closed_surface(const Cloud& cloud) {
+  // The faces would come out all the same, with a source of error that nothing else shows.
+  constexpr double open = 1e-3;
+  const CloudCheck is = check(cloud);
+  if (is.area_sum > open || is.moment_sum > open)
+    throw Error(
+        Fault::bad_case,
+        fmt::format("the surface of the cloud is not closed: its boundary areas add up to {:.2g} of their size, "
+                    "their moments to {:.2g}",
+                    is.area_sum, is.moment_sum),
+        "correct the boundary areas of the points: both sums must vanish");
+}
+
+void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const Vec3> area, FaceReport& report) {
+  const int D = cloud.dimension;
+  std::vector<double> squares(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) {
+    Vec3 total = cloud.area[i];
+    std::array<Vec3, 3> moment = {};
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = cloud.x[neighbours.column[n]] - cloud.x[i];
+      total += area[n];
+      for (int c = 0; c < D; ++c) moment[c] += 0.5 * area[n][c] * r;
+    }
+    report.residual =
+        std::max(report.residual, norm(total) / (std::pow(cloud.spacing[i], D - 1) * cloud.cross_section));
+    for (int c = 0; c < D; ++c) {
+      Vec3 off = (1 / cloud.volume[i]) * moment[c];
+      off[c] -= 1;
+      squares[i] += dot(off, off) / (D * D);
+    }
+  }
+  report.residual = max(cloud.comm, report.residual);
+  report.moment_error = std::sqrt(sum(cloud.comm, squares) / static_cast<double>(cloud.count));
+}
+
+}  // namespace
+
+double virtual_face_reach() { return sph_reach(smoothing); }
+
+Faces virtual_faces(const Cloud& cloud, FaceReport& report) {
+  report = {};
+  require_closed_surface(cloud);
+  const Neighbours neighbours = find_neighbours(cloud, sph_reach(smoothing));
+  require_neighbours(cloud, neighbours);
+  report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
+  std::vector<double> g = sph_base_weights(cloud, neighbours, cloud.volume, smoothing);
+  scale_traces(cloud, neighbours, std::span(cloud.volume).first(cloud.owned), g);
+
+  Component component(cloud, neighbours, g);
+  std::vector<Vec3> area(g.size());
+  std::vector<double> a(g.size());
+  for (int c = 0; c < cloud.dimension; ++c) {
+    for (int i = 0; i < cloud.owned; ++i)
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        a[n] = g[n] * (cloud.x[neighbours.column[n]][c] - cloud.x[i][c]);
+    report.iterations += component.solve(c, a);
+    for (std::size_t n = 0; n < a.size(); ++n) area[n][c] = a[n];
+  }
+  measure(cloud, neighbours, area, report);
+
+  Faces faces;
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const bool outward = cloud.id[i] < cloud.id[j];
+      if (j < cloud.owned && !outward) continue;
+      faces.x.push_back(0.5 * (cloud.x[i] + cloud.x[j]));
+      faces.area.push_back(outward ? area[n] : -area[n]);
+      faces.a.push_back(outward ? i : j);
+      faces.b.push_back(outward ? j : i);
+    }
+  }
+  return faces;
+}
+
+}  // namespace calor

@@ -1,0 +1,132 @@
+#include "solve/nodal_values.hpp"
+
+#include <algorithm>
+#include <vector>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+/// In the plane supports are wide and Phi is almost blind to some waves, but factors fill in little.
+std::int64_t most_rows_for_direct(const Cloud& cloud) {
+  if (cloud.dimension == 3) return 2'000;
+  return size_of(cloud.comm) == 1 ? 100'000 : 20'000;
+}
+
+/// Incomplete factors of the rows of each rank.
+void fill_in_blocks(PC preconditioner, int levels) {
+  PCSetType(preconditioner, PCBJACOBI);
+  PCSetUp(preconditioner);
+  KSP* blocks = nullptr;
+  PetscInt count = 0;
+  PCBJacobiGetSubKSP(preconditioner, &count, nullptr, &blocks);
+  for (PetscInt b = 0; b < count; ++b) {
+    PC block = nullptr;
+    KSPGetPC(blocks[b], &block);
+    PCSetType(block, PCILU);
+    PCFactorSetLevels(block, levels);
+  }
+}
+
+}  // namespace
+
+NodalValues::NodalValues(const Cloud& cloud, const SparseRows& phi) : cloud_(cloud), phi_(phi) {
+  std::vector<PetscInt> diagonal(cloud.owned), off_diagonal(cloud.owned), numbers;
+  for (int i = 0; i < cloud.owned; ++i)
+    for (std::int64_t n = phi.row[i]; n < phi.row[i + 1]; ++n)
+      ++(phi.column[n] < cloud.owned ? diagonal : off_diagonal)[i];
+  MatCreate(cloud.comm, &matrix_);
+  MatSetSizes(matrix_, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE);
+  MatSetType(matrix_, MATAIJ);
+  MatSeqAIJSetPreallocation(matrix_, 0, diagonal.data());
+  MatMPIAIJSetPreallocation(matrix_, 0, diagonal.data(), 0, off_diagonal.data());
+  for (int i = 0; i < cloud.owned; ++i) {
+    numbers.clear();
+    for (std::int64_t n = phi.row[i]; n < phi.row[i + 1]; ++n)
+      numbers.push_back(static_cast<PetscInt>(cloud.global[phi.column[n]]));
+    const auto row = static_cast<PetscInt>(cloud.global[i]);
+    MatSetValues(matrix_, 1, &row, static_cast<PetscInt>(numbers.size()), numbers.data(), phi.value.data() + phi.row[i],
+                 INSERT_VALUES);
+  }
+  MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY);
+  MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY);
+  MatCreateVecs(matrix_, &solution_, &right_);
+  VecDuplicate(right_, &left_);
+  KSPCreate(cloud.comm, &solver_);
+  KSPSetOperators(solver_, matrix_, matrix_);
+  KSPSetOptionsPrefix(solver_, "values_");
+  if (cloud.count <= most_rows_for_direct(cloud)) {
+    factorise();
+  } else {
+    PC preconditioner = nullptr;
+    KSPGetPC(solver_, &preconditioner);
+    KSPSetType(solver_, KSPGMRES);
+    KSPGMRESSetRestart(solver_, 60);
+    KSPSetTolerances(solver_, 1e-14, 1e-300, PETSC_DEFAULT, 2000);
+    fill_in_blocks(preconditioner, cloud.dimension < 3 ? 2 : 0);
+  }
+  KSPSetFromOptions(solver_);
+}
+
+void NodalValues::factorise() {
+  is_direct_ = true;
+  PC preconditioner = nullptr;
+  KSPGetPC(solver_, &preconditioner);
+  KSPSetType(solver_, KSPPREONLY);
+  PCSetType(preconditioner, PCLU);
+  PCFactorSetMatSolverType(preconditioner, size_of(cloud_.comm) == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS);
+}
+
+bool NodalValues::solve() {
+  KSPSolve(solver_, right_, solution_);
+  double left = 0, size = 0;
+  MatResidual(matrix_, right_, solution_, left_);
+  VecNorm(left_, NORM_2, &left);
+  VecNorm(right_, NORM_2, &size);
+  return left <= 1e-10 * size;
+}
+
+NodalValues::~NodalValues() {
+  KSPDestroy(&solver_);
+  VecDestroy(&left_);
+  VecDestroy(&right_);
+  VecDestroy(&solution_);
+  MatDestroy(&matrix_);
+}
+
+void NodalValues::unknowns(std::span<const double> values, std::span<double> T) {
+  // The rows of Phi add up to 1, so the mean of the values needs no solution: uniform temperatures stay exact.
+  const double mean = sum(cloud_.comm, values) / static_cast<double>(cloud_.count);
+  std::vector<double> change(values.begin(), values.end());
+  double largest = 0;
+  for (double& value : change) {
+    value -= mean;
+    largest = std::max(largest, std::abs(value));
+  }
+  std::fill_n(T.begin(), cloud_.owned, mean);
+  if (max(cloud_.comm, largest) > 1e-14 * std::abs(mean)) add(change, T);
+}
+
+void NodalValues::add(std::span<const double> change, std::span<double> T) {
+  double* right = nullptr;
+  VecGetArray(right_, &right);
+  std::ranges::copy(change, right);
+  VecRestoreArray(right_, &right);
+  bool solved = solve();
+  if (!solved && !is_direct_) {
+    // Large graded clouds in the plane defeat the iterations.
+    factorise();
+    solved = solve();
+  }
+  if (!solved)
+    throw Error(Fault::numbers, "the unknowns that give the temperatures of the points could not be found",
+                "use a smaller support, or points that are more regular");
+  const double* solution = nullptr;
+  VecGetArrayRead(solution_, &solution);
+  for (int i = 0; i < cloud_.owned; ++i) T[i] += solution[i];
+  VecRestoreArrayRead(solution_, &solution);
+}
+
+}  // namespace calor

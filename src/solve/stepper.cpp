@@ -1,0 +1,102 @@
+#include "solve/stepper.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+namespace {
+
+bool same_time(double a, double b) { return std::abs(a - b) <= 1e-12 * std::max(std::abs(a), std::abs(b)); }
+
+}  // namespace
+
+SmoothInterval::SmoothInterval(std::span<const double> events, double t, double t_end) : begin_(t), end_(t_end) {
+  for (double b : events) {
+    if (same_time(b, t)) begins_at_break_ = true;
+    if (same_time(b, t_end)) ends_at_break_ = true;
+    if (b > t && b < end_ && !same_time(b, t) && !same_time(b, t_end)) end_ = b, ends_at_break_ = true;
+  }
+}
+
+double SmoothInterval::data_time(double t) const {
+  const double inside = 1e-11 * std::max(end_ - begin_, std::max(std::abs(begin_), std::abs(end_)));
+  const double low = begins_at_break_ ? begin_ + inside : begin_, high = ends_at_break_ ? end_ - inside : end_;
+  return std::clamp(t, low, std::max(low, high));
+}
+
+void Stepper::advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
+  const bool is_first = !events_;
+  if (!events_) events_ = system.events();
+  bool fresh = is_first;
+  while (state.t < t_end) {
+    const SmoothInterval interval(*events_, state.t, t_end);
+    if (interval.begins_at_break()) {
+      fresh = true;
+      system.impose(interval.data_time(state.t), state.T, state.E, state.exchanged);
+    }
+    if (!march(system, state, interval, fresh, after_step)) return;
+    fresh = false;
+  }
+}
+
+bool Stepper::accept(const HeatSystem& system, const State& state, double dt, const AfterStep& after_step) {
+  system.require_finite(state.t, state.T);
+  counts.smallest_step = counts.steps == 0 ? dt : std::min(counts.smallest_step, dt);
+  counts.largest_step = std::max(counts.largest_step, dt);
+  ++counts.steps;
+  return after_step(state);
+}
+
+double Stepper::tolerance(const HeatSystem& system, const State& state) {
+  if (options_.tolerance) return *options_.tolerance;
+  constexpr double part_of_span = 1e-4, least = 1e-6;
+  largest_span_ = std::max(largest_span_, system.temperature_span(state.t, state.T));
+  return std::max(least, part_of_span * largest_span_);
+}
+
+EqualSteps::EqualSteps(double begin, double end, double step)
+    : begin_(begin),
+      end_(end),
+      count_(std::max(1L, static_cast<long>(std::ceil((end - begin) / step * (1 - 1e-9))))),
+      step_((end - begin) / static_cast<double>(count_)) {}
+
+double StepControl::next(double t, double end, double most) {
+  const double dt = std::min(proposal_, most), left = end - t;
+  if (dt >= left * (1 - 1e-9)) return left;
+  return dt > 0.5 * left ? 0.5 * left : dt;
+}
+
+bool StepControl::judge(double dt, double error, double always_good) {
+  constexpr double safety = 0.8, least = 0.2, most = 2.5;
+  double factor = std::isfinite(error) ? safety * std::pow(std::max(error, 1e-12), -1. / 3) : least;
+  factor = std::clamp(factor, least, was_rejected_ ? 1.0 : most);
+  if (factor > 1 && factor < least_growth_) factor = 1;
+  const bool accepted = error <= 1 || (dt <= always_good && std::isfinite(error));
+  // A step shortened to end in time says little about the longer one that was proposed.
+  if (accepted && dt < proposal_ && factor * dt >= dt)
+    proposal_ = std::max(proposal_, factor * dt);
+  else
+    proposal_ = std::max(factor * dt, accepted ? std::min(dt, always_good) : 0);
+  was_rejected_ = !accepted;
+  return accepted;
+}
+
+double largest_free(const HeatSystem& system, std::span<const double> values) {
+  const std::span<const int> prescribed = system.prescribed();
+  auto next = prescribed.begin();
+  double largest = 0;
+  for (int i = 0; i < system.cloud().owned; ++i) {
+    if (next != prescribed.end() && *next == i) {
+      ++next;
+      continue;
+    }
+    const double size = std::abs(values[i]);
+    if (!(size <= largest)) largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : size;
+  }
+  return max(system.cloud().comm, largest);
+}
+
+}  // namespace calor

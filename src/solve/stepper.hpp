@@ -1,0 +1,101 @@
+#pragma once
+// What all integrators share: stretches of time without events in the data, step sizes, error tolerances.
+#include <functional>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "solve/integrator.hpp"
+
+namespace calor {
+
+/// A interval of time in which data are smooth. Data are asked for just inside its ends, so that at a jump either side
+/// gets its own value.
+class SmoothInterval {
+ public:
+  /// From t to the next break or t_end.
+  SmoothInterval(std::span<const double> events, double t, double t_end);
+
+  double begin() const { return begin_; }
+  double end() const { return end_; }
+  bool begins_at_break() const { return begins_at_break_; }
+  /// The time at which data are evaluated for a stage at t.
+  double data_time(double t) const;
+
+ private:
+  double begin_, end_;
+  bool begins_at_break_ = false, ends_at_break_ = false;
+};
+
+struct StepOptions {
+  std::optional<double> step;       ///< s; given: all steps are (nearly) this long
+  std::optional<double> tolerance;  ///< K; error of one step. Default: 1e-4 of the span of temperatures
+  double safety = 0.9;              ///< part of the stable step that Euler takes
+};
+
+/// Splits [t, t_end] at the events of the data and leaves one interval to the method.
+class Stepper : public Integrator {
+ public:
+  explicit Stepper(StepOptions options) : options_(options) {}
+  void advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) final;
+
+ protected:
+  /// Marches to interval.end(); false when after_step ends the run. `fresh`: the solution may not be smooth here, as
+  /// data jump or the run begins.
+  virtual bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+                     const AfterStep& after_step) = 0;
+
+  /// Books an accepted step, checks the state and reports it.
+  bool accept(const HeatSystem& system, const State& state, double dt, const AfterStep& after_step);
+  /// The step tolerance now, K.
+  double tolerance(const HeatSystem& system, const State& state);
+
+  StepOptions options_;
+
+ private:
+  std::optional<std::vector<double>> events_;
+  double largest_span_ = 0;
+};
+
+/// Equal steps of about `step` that end exactly at the end of the interval.
+class EqualSteps {
+ public:
+  EqualSteps(double begin, double end, double step);
+  long count() const { return count_; }
+  double time(long n) const { return n == count_ ? end_ : begin_ + static_cast<double>(n) * step_; }
+  double step() const { return step_; }
+
+ private:
+  double begin_, end_;
+  long count_;
+  double step_;
+};
+
+/// Adaptive steps shorter than this part of Euler's limit are taken whatever their error: nothing changes faster.
+constexpr double least_part_of_euler = 1e-3;
+
+/// Lengths of adaptive steps for a method whose step error grows like dt^3.
+class StepControl {
+ public:
+  /// A step that could grow by less than `least_growth` stays as it is: implicit methods keep their factorisation.
+  explicit StepControl(double least_growth = 1) : least_growth_(least_growth) {}
+  void restart(double dt) { proposal_ = dt; }
+  bool has_proposal() const { return proposal_ > 0; }
+  /// The next step: the proposal, at most `most`, shortened so that the steps to `end` come out even.
+  double next(double t, double end, double most);
+  /// Takes the error of the step dt in units of the tolerance; true if the step is accepted. Steps of at most
+  /// `always_good` are not refused.
+  bool judge(double dt, double error, double always_good);
+  /// After a step that failed altogether.
+  void reduce(double dt) { proposal_ = 0.25 * dt, was_rejected_ = true; }
+
+ private:
+  double least_growth_;
+  double proposal_ = 0;
+  bool was_rejected_ = false;
+};
+
+/// Largest |value| over owned points that are not prescribed, on all ranks; infinity if one is not finite. Collective.
+double largest_free(const HeatSystem& system, std::span<const double> values);
+
+}  // namespace calor

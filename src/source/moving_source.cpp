@@ -1,0 +1,405 @@
+#include "source/moving_source.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+#include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
+#include "cloud/cells.hpp"
+#include "source/box_body.hpp"
+
+namespace calor {
+namespace {
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+/// A source whose place has left the body still gives all of its heat while this part of it would fall inside.
+constexpr double least_part_inside = 1e-3;
+
+/// A source at one time: its shape in the axes of the coordinates.
+class Placed {
+ public:
+  Placed(const Shape& shape, const Pose& pose, int dimension) : shape_(shape), x0_(pose.place), dimension_(dimension) {
+    Vec3 normal;
+    normal[shape.axis] = shape.into;
+    // Motion along the normal, as over a curved face, does not tilt the source.
+    along_ = pose.direction - dot(pose.direction, normal) * normal;
+    if (norm(along_) < 1e-6) along_ = Vec3{}, along_[(shape.axis + 1) % 3] = 1;
+    along_ *= 1 / norm(along_);
+    across_ = cross(normal, along_);
+  }
+
+  /// Is the density a product over the axes of the coordinates?
+  bool is_product() const {
+    return shape_.is_round || std::max({std::abs(along_.x), std::abs(along_.y), std::abs(along_.z)}) > 1 - 1e-12;
+  }
+  /// Integral between two coordinates of one factor of the product.
+  double between(int axis, double low, double high) const {
+    const bool forward = factor_sign(axis) > 0;
+    const double a = forward ? low - x0_[axis] : x0_[axis] - high, b = forward ? high - x0_[axis] : x0_[axis] - low;
+    const SourceProfile& p = factor(axis);
+    return p.below(b) - p.below(a);
+  }
+  const SourceProfile& factor(int axis) const {
+    if (axis == shape_.axis) return shape_.depth;
+    return shape_.is_round || std::abs(along_[axis]) > 0.5 ? shape_.along : shape_.across;
+  }
+
+  /// One factor of the product, 1/m.
+  double density(int axis, double x) const { return factor(axis).density(factor_sign(axis) * (x - x0_[axis])); }
+  /// Per m^d; `even` profiles count as 1.
+  double density(const Vec3& x) const {
+    const Vec3 r = x - x0_;
+    double density = shape_.along.density(dot(r, along_));
+    if (dimension_ > 1 && density > 0) density *= shape_.across.density(dot(r, across_));
+    if (dimension_ > 2 && density > 0 && !shape_.depth.is_even() && !shape_.face)
+      density *= shape_.depth.density(shape_.into * r[shape_.axis]);
+    return density;
+  }
+  const Vec3& location() const { return x0_; }
+  /// Does the density change along this axis?
+  bool varies(int axis) const {
+    return axis < dimension_ && !(axis == shape_.axis && (shape_.face || shape_.depth.is_even()));
+  }
+  std::array<bool, 3> varies() const { return {varies(0), varies(1), varies(2)}; }
+  /// Along an axis; a shape that is no product over the axes may be turned in any way.
+  double reach(int axis) const {
+    return axis == shape_.axis ? shape_.depth.reach() : std::max(shape_.along.reach(), shape_.across.reach());
+  }
+
+ private:
+  double factor_sign(int axis) const {
+    if (axis == shape_.axis) return shape_.into;
+    return shape_.is_round || along_[axis] > -0.5 ? 1 : -1;
+  }
+
+  const Shape& shape_;
+  Vec3 x0_, along_, across_;
+  int dimension_;
+};
+
+class MovingSource final : public Source {
+ public:
+  MovingSource(const std::string& name, const Table& table, const Cloud& cloud, const Shape& shape, Path path)
+      : Source(name),
+        cloud_(cloud),
+        shape_(shape),
+        path_(std::move(path)),
+        efficiency_(table.number("efficiency")),
+        part_(table.flag("half") ? 0.5 : 1),
+        normalise_(table.flag("normalise")),
+        box_(box_body(cloud)) {
+    if (box_) cells_ = lattice_cells(cloud, *box_);
+    double low = infinity, high = -infinity;
+    for (const Vec3& x : cloud.owned_points()) low = std::min(low, x[shape.axis]), high = std::max(high, x[shape.axis]);
+    extent_ = max(cloud.comm, high) - min(cloud.comm, low);
+  }
+
+  void integrate_over(const CellSamples& subdomains) override { subdomains_ = &subdomains; }
+
+  void prepare(double t) override {
+    if (t == t_) return;
+    t_ = t;
+    const auto pose = path_.at(t);
+    asked_ = pose ? efficiency_ * part_ * pose->power : 0;
+    is_on_lattice_ = false;
+    point_.clear(), share_.clear();
+    if (asked_ == 0) return;
+    const Placed placed(shape_, *pose, cloud_.dimension);
+    // Mirror images at the plane walls of a box give the walls no heat flux through them; elsewhere what falls beside
+    // the body is made up for by a factor. Subdomains that overlap leave out or count twice what folding brings in,
+    // too.
+    const bool fold = (normalise_ || subdomains_) && box_ && box_->holds(placed.location(), placed.varies());
+    is_on_lattice_ = cells_ && !subdomains_ && placed.is_product();
+    double inside;  // the part of the heat that falls on the body
+    if (is_on_lattice_) {
+      inside = fill_factors(placed, fold);
+    } else {
+      shape_.face ? fill_facets(placed, fold) : fill_samples(placed, fold);
+      inside = sum(cloud_.comm, share_);
+    }
+    if (!normalise_)
+      power_ = fold ? asked_ : asked_ / part_;  // without images, half of a half model's heat falls beside the body
+    else
+      power_ = asked_ / (fold || inside / part_ >= least_part_inside ? inside : 1);
+    if (normalise_ && fold && !(inside > 0))
+      throw Error(Fault::numbers,
+                  fmt::format("source '{}' falls between the samples of the cells at t = {:g} s", name, t),
+                  "give it a larger radius, or the cloud a smaller spacing");
+  }
+
+  void add_power(double, std::span<const double>, std::span<double> P) const override {
+    if (asked_ == 0) return;
+    if (is_on_lattice_) {
+      const auto& [fx, fy, fz] = factor_;
+      for (std::size_t i = 0; i < P.size(); ++i) {
+        const auto& [ix, iy, iz] = cells_->index[i];
+        P[i] += power_ * fx[ix] * fy[iy] * fz[iz];
+      }
+      return;
+    }
+    for (std::size_t n = 0; n < point_.size(); ++n) P[point_[n]] += power_ * share_[n];
+  }
+  void add_derivative(double, std::span<const double>, std::span<double>) const override {}
+  bool depends_on_temperature() const override { return false; }
+  std::vector<double> events() const override { return path_.events(); }
+  std::optional<double> asked(double t) const override {
+    const auto pose = path_.at(t);
+    return pose ? efficiency_ * part_ * pose->power : 0;
+  }
+  std::optional<double> energy_asked(double t) const override { return efficiency_ * part_ * path_.energy(t); }
+  double longest_step(double begin, double end) const override {
+    const double speed = path_.fastest(begin, end);
+    return speed > 0 ? 0.3 * shape_.sigma / speed : infinity;
+  }
+
+ private:
+  /// Exact integrals over the boxes of a lattice, as factors along its axes; returns their sum.
+  double fill_factors(const Placed& placed, bool fold) {
+    double inside = 1;
+    for (int axis = 0; axis < 3; ++axis) {
+      std::vector<double>& f = factor_[axis];
+      f.assign(1, 1.0);
+      if (axis >= cloud_.dimension) continue;
+      const std::vector<double>& wall = cells_->wall[axis];
+      const double low = wall.front(), length = wall.back() - low;
+      f.assign(wall.size() - 1, 0.0);
+      if (placed.varies(axis)) {
+        for (std::size_t i = 0; i < f.size(); ++i)
+          for_each_image(placed, axis, fold, [&](double sign, double shift) {
+            const double a = sign * wall[i] + shift, b = sign * wall[i + 1] + shift;
+            f[i] += placed.between(axis, std::min(a, b), std::max(a, b));
+          });
+      } else if (shape_.face) {
+        (*shape_.face % 2 ? f.back() : f.front()) = 1;
+      } else {
+        for (std::size_t i = 0; i < f.size(); ++i) f[i] = (wall[i + 1] - wall[i]) / length;
+      }
+      inside *= std::accumulate(f.begin(), f.end(), 0.0);
+    }
+    return inside;
+  }
+
+  /// The mirror images sign x + shift of a coordinate x of the body in both walls, repeated as far as the source
+  /// reaches; without `fold` only x itself.
+  template <class Use>
+  void for_each_image(const Placed& placed, int axis, bool fold, const Use& use) const {
+    use(1, 0);
+    if (!fold || !placed.varies(axis)) return;
+    const double low = box_->low[axis], high = box_->high[axis], period = 2 * (high - low);
+    const double from = placed.location()[axis] - placed.reach(axis), to = placed.location()[axis] + placed.reach(axis);
+    const int most = 1 + static_cast<int>(placed.reach(axis) / period);
+    for (int n = -most; n <= most; ++n) {
+      const double shift = n * period;
+      if (n != 0 && low + shift < to && high + shift > from) use(1, shift);
+      if (2 * low - high + shift < to && low + shift > from) use(-1, 2 * low + shift);
+    }
+  }
+
+  void fill_samples(const Placed& placed, bool fold) {
+    // A column has the same density along its axis, over the length of the body.
+    const double scale = 1 / cloud_.cross_section / (cloud_.dimension == 3 && shape_.depth.is_even() ? extent_ : 1);
+    constexpr double sampled = 0.6;  // of the reach: 5 sigma; samples do not tell what lies beyond
+    for (int i = 0; i < cloud_.owned; ++i) {
+      bool is_far = false;
+      for (int axis = 0; axis < cloud_.dimension; ++axis)
+        is_far = is_far || (placed.varies(axis) && std::abs(cloud_.x[i][axis] - placed.location()[axis]) >
+                                                       sampled * placed.reach(axis) + 1.5 * cloud_.spacing[i]);
+      if (is_far) continue;
+      const auto [begin, end] = samples_of(i);
+      const CellSamples& samples = subdomains_ ? *subdomains_ : samples_;
+      double share = 0;
+      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], fold);
+      if (share == 0) continue;
+      point_.push_back(i);
+      share_.push_back(share);
+    }
+  }
+
+  /// Where the samples of a point's subdomain or cell are. Those of cells are made when first asked for: a source that
+  /// moves comes by a part of the cloud only, but by that in many steps.
+  std::pair<std::int64_t, std::int64_t> samples_of(int i) {
+    if (subdomains_) return {subdomains_->row[i], subdomains_->row[i + 1]};
+    if (!sampler_) sampler_.emplace(cloud_), row_.assign(cloud_.owned, -1);
+    if (row_[i] < 0) {
+      CellSamples own;
+      sampler_->near(cloud_.x[i], 1e-6 * cloud_.spacing[i], own);
+      row_[i] = static_cast<std::int64_t>(samples_.point.size());
+      samples_.point.push_back(i);
+      samples_.x.insert(samples_.x.end(), own.x.begin(), own.x.end());
+      samples_.weight.insert(samples_.weight.end(), own.weight.begin(), own.weight.end());
+      samples_.row.push_back(static_cast<std::int64_t>(samples_.x.size()));
+    }
+    return {samples_.row[row_[i]], samples_.row[row_[i] + 1]};
+  }
+
+  void fill_facets(const Placed& placed, bool fold) {
+    for (const Facet& facet : cloud_.facets) {
+      if (facet.face != *shape_.face) continue;
+      const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], fold);
+      if (share == 0) continue;
+      point_.push_back(facet.point);
+      share_.push_back(share);
+    }
+  }
+
+  double density(const Placed& placed, const Vec3& x, bool fold) const {
+    if (placed.is_product()) {
+      double product = 1;
+      for (int axis = 0; axis < cloud_.dimension && product > 0; ++axis) {
+        if (!placed.varies(axis)) continue;
+        double density = 0;
+        for_each_image(placed, axis, fold,
+                       [&](double sign, double shift) { density += placed.density(axis, sign * x[axis] + shift); });
+        product *= density;
+      }
+      return product;
+    }
+    double density = 0;
+    Vec3 image;
+    for_each_image(placed, 0, fold, [&](double sign, double shift) {
+      image.x = sign * x.x + shift;
+      for_each_image(placed, 1, fold, [&](double sign, double shift) {
+        image.y = sign * x.y + shift;
+        for_each_image(placed, 2, fold, [&](double sign, double shift) {
+          image.z = sign * x.z + shift;
+          density += placed.density(image);
+        });
+      });
+    });
+    return density;
+  }
+
+  const Cloud& cloud_;
+  Shape shape_;
+  Path path_;
+  double efficiency_, part_;
+  bool normalise_;
+  std::optional<BoxBody> box_;
+  const CellSamples* subdomains_ = nullptr;
+  std::optional<CellSampler> sampler_;
+  CellSamples samples_;            ///< of the points that the source has come by
+  std::vector<std::int64_t> row_;  ///< of every owned point: its place in samples_, or -1
+  std::optional<LatticeCells> cells_;
+  double extent_;  ///< of the body along the axis, m
+
+  // At the time prepared for.
+  double t_ = std::numeric_limits<double>::quiet_NaN();
+  double asked_ = 0, power_ = 0;
+  bool is_on_lattice_ = false;
+  std::array<std::vector<double>, 3> factor_;
+  std::vector<int> point_;
+  std::vector<double> share_;
+};
+
+/// Straight lines along the path, short segments taken together where they stay within `near` of a line.
+std::vector<std::pair<Vec3, Vec3>> coarse(const Path& path, double near) {
+  std::vector<std::pair<Vec3, Vec3>> lines;
+  for (const Path::Segment& p : path.segments()) {
+    const bool continues = !lines.empty() && lines.back().second == p.from && norm(p.to - lines.back().first) < near;
+    if (continues)
+      lines.back().second = p.to;
+    else
+      lines.emplace_back(p.from, p.to);
+  }
+  return lines;
+}
+
+/// Largest spacing among the points within `near` of the path, 0 for none. Not collective.
+double spacing_along(const Path& path, const Cloud& cloud, double near, const std::array<bool, 3>& varies) {
+  const Bounds bounds = bounds_of(cloud.owned_points());
+  double largest = 0;
+  for (const auto& [a, b] : coarse(path, 0.5 * near)) {
+    bool is_far = false;
+    for (int axis = 0; axis < 3; ++axis)
+      is_far = is_far || (varies[axis] && (std::max(a[axis], b[axis]) < bounds.low[axis] - near ||
+                                           std::min(a[axis], b[axis]) > bounds.high[axis] + near));
+    if (is_far) continue;
+    const Vec3 way = b - a;
+    const double square = dot(way, way);
+    for (int i = 0; i < cloud.owned; ++i) {
+      const double s = square > 0 ? std::clamp(dot(cloud.x[i] - a, way) / square, 0.0, 1.0) : 0;
+      Vec3 r = cloud.x[i] - (a + s * way);
+      for (int axis = 0; axis < 3; ++axis) r[axis] *= varies[axis];
+      if (norm(r) <= near) largest = std::max(largest, cloud.spacing[i]);
+    }
+  }
+  return largest;
+}
+
+}  // namespace
+
+std::unique_ptr<Source> make_moving_source(const std::string& name, const Table& table, const Cloud& cloud,
+                                           const Shape& shape) {
+  const double efficiency = table.number("efficiency");
+  if (!(efficiency > 0 && efficiency <= 1))
+    table.refuse("efficiency", fmt::format("an efficiency of {:g} does not lie between 0 and 1", efficiency),
+                 "give the part of the power that reaches the body");
+  Path path = Path::read(table, cloud.dimension);
+  double widest = 0;
+  for (int i = 0; i < cloud.owned; ++i) widest = std::max(widest, cloud.spacing[i]);
+  std::array<bool, 3> varies{};
+  for (int axis = 0; axis < cloud.dimension; ++axis)
+    varies[axis] = axis != shape.axis || !(shape.face || shape.depth.is_even());
+  const double near = shape.radius + max(cloud.comm, widest);
+  const double spacing = max(cloud.comm, spacing_along(path, cloud, near, varies));
+  if (spacing == 0)
+    table.refuse(table.has("at")     ? "at"
+                 : table.has("path") ? "path"
+                                     : "pass",
+                 fmt::format("the source '{}' never touches the body", name), "move it onto the body");
+  if (shape.radius > 0 && shape.radius < 2 * spacing && rank_of(cloud.comm) == 0)
+    spdlog::warn(
+        "{}: the source '{}' has a radius of {:.3g} mm, less than two spacings of {:.3g} mm: its power is right, "
+        "temperatures near it are not resolved",
+        table.location().text(), name, 1e3 * shape.radius, 1e3 * spacing);
+  Shape resolved = shape;
+  if (resolved.sigma == 0) resolved.sigma = spacing;
+  return std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
+}
+
+double sigma_of(const Table& table) {
+  if (table.has("sigma") == table.has("radius"))
+    table.refuse(
+        table.has("sigma") ? "radius" : "",
+        table.has("sigma") ? "the source has a sigma and a radius" : fmt::format("[{}] has no size", table.path()),
+        "give radius = \"5 mm\" or sigma; radius = sqrt(6) sigma");
+  const std::string key = table.has("sigma") ? "sigma" : "radius";
+  return positive_length(table, key) / (key == "sigma" ? 1 : std::sqrt(6));
+}
+
+std::vector<Key> sigma_keys() {
+  return {{"sigma", Kind::quantity, "m", optional, "Standard deviation: heat goes as exp(-r^2 / (2 sigma^2))."},
+          {"radius", Kind::quantity, "m", optional, "The same as exp(-3 r^2 / radius^2): radius = sqrt(6) sigma."}};
+}
+
+double positive_length(const Table& table, const std::string& key) {
+  const double length = table.number(key);
+  if (!(length > 0))
+    table.refuse(key, fmt::format("{} = {:g} m is not positive", key, length), "give a positive length");
+  return length;
+}
+
+Direction direction_of(const Table& table, const std::string& key, int dimension) {
+  const std::string text = table.text(key);
+  const Direction d{.axis = text.back() - 'x', .sign = text.front() == '-' ? -1.0 : 1.0};
+  if (d.axis >= dimension)
+    table.refuse(key, fmt::format("the body has no axis {}: it is {}D", text.back(), dimension),
+                 dimension == 2 ? "choose x or y" : "choose x");
+  return d;
+}
+
+int axis_through(const Table& table, int dimension) {
+  const int axis = table.text("along")[0] - 'x';
+  if (dimension < 3 && axis != 2)
+    table.refuse("along", fmt::format("in a body of {}D heat goes in evenly through its thickness", dimension),
+                 "leave 'along' out");
+  return axis;
+}
+
+}  // namespace calor
