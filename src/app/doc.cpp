@@ -35,7 +35,7 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | form | example |
 |---|---|
 | a quantity | `"1 W/(m K)"` |
-| a formula | `{ formula = "exp(B*x)", unit = "W/(m K)", length = "m", time = "s", temperature = "K", events = ["1 s"] }` |
+| a formula | `{ formula = "exp(B*x)", unit = "W/(m K)", length = "m", time = "s", temperature = "K", breaks = ["1 s"] }` |
 | a table | `{ table = [[300, 20.1], [400, 18]], of = "temperature", unit = "W/(m K)", temperature = "K", interpolation = "linear" }` |
 | a table in a file | `{ file = "k.csv", of = "temperature", interpolation = "cubic" }` |
 | a table along a coordinate | `{ table = [[0, 0.1], [10, 0.3]], along = "y", length = "mm" }` |
@@ -47,7 +47,7 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
 in `[parameter]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and functions such as sqrt, exp, ln, log10, sin,
 cos, tan, abs, min, max, pow, mod, floor and erf. `length`, `time` and `temperature` are the units of its variables (default m, s, K);
-`events` are the times at which it jumps: steps land on them.
+`breaks` are the times at which it jumps: steps land on them.
 
 A table goes by temperature or by time: `of` tells. Without it the unit `temperature` or `time` of its rows does; otherwise
 properties go by temperature and temperatures by time, and heat flows must tell. With `along` it goes by a coordinate x, y, z

@@ -38,7 +38,7 @@ class CsvReader {
   std::int64_t integer(int column) const;
 
   const std::string& path() const { return path_; }
-  /// SourceLocation of the current row, or of a cell in it.
+  /// Location of the current row, or of a cell in it.
   SourceLocation location() const;
   SourceLocation location(int column) const;
 

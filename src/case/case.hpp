@@ -43,7 +43,7 @@ class Table {
   /// Array of tables ([[expect]]).
   std::vector<Table> list(const std::string& key) const;
 
-  /// SourceLocation of the key's value; of the table itself where the key is absent or empty.
+  /// Location of the key's value; of the table itself where the key is absent or empty.
   SourceLocation location(const std::string& key = {}) const;
   const std::string& path() const;  ///< "material.steel"
   /// A file named in the case, relative to the case file.

@@ -21,7 +21,7 @@ const Key temperature_unit{"temperature", Kind::text, "", "K", "Unit of the temp
 const Key unit_key{"unit", Kind::text, "", required, "Unit of the values."};
 const Key argument_key{"of", Kind::choice, "", optional, "What a table goes by.", {"temperature", "time"}};
 const Key interpolation_key{"interpolation", Kind::choice, "", "linear", "Between rows.", {"linear", "cubic"}};
-const Key breaks_key{"events", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
+const Key breaks_key{"breaks", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
 const Key along_key{"along", Kind::choice, "", required, "Axis across the layers.", {"x", "y", "z"}};
 const Key thickness_key{"thickness", Kind::quantities, "m", required, "Of all layers, or one a layer."};
 const Key start_key{"start", Kind::quantity, "m", "0 m", "Where the first layer begins."};
@@ -316,7 +316,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
     }
   const std::vector<std::string> table_keys{"of", "along", "unit", "temperature", "time", "length", "interpolation"};
   if (value.find("formula"))
-    return read_formula({value, key, "formula", {"unit", "length", "time", "temperature", "events"}}, context);
+    return read_formula({value, key, "formula", {"unit", "length", "time", "temperature", "breaks"}}, context);
   for (const Key* law : {&power_key, &exponential_key})
     if (value.find(law->name))
       return read_law({value, key, law->name, {"along", "from", "to", "values", "unit"}}, *law);

@@ -1,5 +1,5 @@
 #pragma once
-// QuadraturePoints spread over the cells of the points, with weights: integrals over cells, for sources as cell means
+// Points spread over the cells of the points, with weights: integrals over cells, for sources as cell means
 // and for capacities.
 #include <cstdint>
 #include <vector>

@@ -56,7 +56,7 @@ class Cracks {
   const std::vector<CrackPiece>& segments(int crack) const { return segments_[crack]; }
   /// Does the crack cut right through, without a tip in the body?
   bool is_full_cut(int crack) const;
-  /// SourceLocation of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its
+  /// Position of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its
   /// upper side.
   const Vec3& location(int i) const { return location_[i]; }
   std::int64_t moved() const { return moved_; }  ///< points on cracks, of all ranks

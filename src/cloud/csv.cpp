@@ -62,7 +62,7 @@ Columns find_columns(CsvReader& csv) {
           Fault::bad_case, header,
           fmt::format("'{}' is not a column of a cloud of {} dimension{}", column.name, c.dimension,
                       c.dimension > 1 ? "s" : ""),
-          fmt::format("the columns are {}; further segments of surface area2_x, ..., face2", fmt::join(known, ", ")));
+          fmt::format("the columns are {}; further facets area2_x, ..., face2", fmt::join(known, ", ")));
     if (!seen.insert(column.name).second)
       throw Error(Fault::bad_case, header, fmt::format("there are two columns '{}'", column.name), "remove one");
   }

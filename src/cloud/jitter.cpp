@@ -14,7 +14,7 @@ double distance(const Lattice& lattice, const LatticeIndex& offset) {
   return norm(r);
 }
 
-/// QuadraturePoints of the points of a few layers of the lattice, across its last axis.
+/// Positions of the points of a few layers of the lattice, across its last axis.
 class Layers {
  public:
   Layers(const Lattice& lattice, std::int64_t low, std::int64_t high) {

@@ -40,7 +40,7 @@ class Lattice {
   double full_width(int axis, std::int64_t i) const;
   /// Ends of that part, m.
   std::pair<double, double> cell(int axis, std::int64_t i) const;
-  /// SourceLocation of a point, jitter included.
+  /// Position of a point, jitter included.
   Vec3 position(const LatticeIndex& i) const;
   /// Area of the wall normal to `axis` that a point on it stands for, m (2D) or m^2 (3D), jitter included. The areas
   /// integrate linear functions over the wall exactly, so that sum A = 0 and sum x cross A = 0 hold.

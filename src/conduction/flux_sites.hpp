@@ -36,14 +36,14 @@ struct SparseRows {
   }
 };
 
-/// QuadraturePoints between the points at which a method wants properties.
+/// Points between the nodes at which a method wants properties.
 struct QuadraturePoints {
   std::vector<Vec3> x;   ///< m
   std::vector<int> tag;  ///< of the point that the place belongs to
   SparseRows phi;        ///< temperature there: T(x_q) = sum_J phi_qJ T_J
 };
 
-/// QuadraturePoints whose enthalpies add up to those of the owned points' cells: E_i = sum_q volume_q H(T(x_q)).
+/// Quadrature points whose enthalpies add up to those of the owned points' cells: E_i = sum_q volume_q H(T(x_q)).
 struct CellQuadrature : QuadraturePoints {
   std::vector<std::int64_t> cell = {0};  ///< those of owned point i are cell[i] .. cell[i+1]
   std::vector<double> volume;            ///< m^3

@@ -13,7 +13,7 @@ namespace {
 
 constexpr int not_across = MirroredNeighbours::not_across;
 
-/// QuadraturePoints on one face whose conditions are wanted, and where the answers go.
+/// Points on one face whose conditions are wanted, and where the answers go.
 struct Questions {
   std::vector<Vec3> x;
   std::vector<int*> answer;

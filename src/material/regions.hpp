@@ -15,7 +15,7 @@ struct MaterialPoints {
   std::span<const int> tag;  ///< index into Cloud::tags, one a place
 };
 
-/// QuadraturePoints of one material.
+/// Points of one material.
 struct BodyRegion {
   std::string material;
   SourceLocation location;          ///< where the case names it

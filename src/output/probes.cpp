@@ -244,7 +244,7 @@ void ProbeLog::record(double t, std::span<const double> T) {
 
 void declare_probes(Schema& schema) {
   schema.add({.path = "probe",
-              .sentence = "QuadraturePoints whose temperature is written to probes.csv, any names.",
+              .sentence = "Places whose temperature is written to probes.csv, any names.",
               .keys = {{.name = "*",
                         .kind = Kind::quantities,
                         .unit = "m",

@@ -119,11 +119,11 @@ void write_piece(const std::string& path, const Cloud& cloud, double t, const st
     return text;
   };
   std::string head = "<UnstructuredGrid>\n" + field_data(cloud, t);
-  head += fmt::format("<Segment NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n", n);
+  head += fmt::format("<Piece NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n", n);
   for (const Array& a : data) head += appended(a);
   head += "</PointData>\n<Points>\n" + appended(points) + "</Points>\n<Cells>\n";
   for (const Array& a : cells) head += appended(a);
-  head += "</Cells>\n</Segment>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+  head += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
 
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) refuse_writing(path, errno);
@@ -142,7 +142,7 @@ std::string list_of_pieces(const std::string& name, int ranks, const std::vector
   for (const Array& a : data) text += a.declared("P", "");
   text +=
       "</PPointData>\n<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n";
-  for (int r = 0; r < ranks; ++r) text += fmt::format("<Segment Source=\"{}_{}.vtu\"/>\n", name, r);
+  for (int r = 0; r < ranks; ++r) text += fmt::format("<Piece Source=\"{}_{}.vtu\"/>\n", name, r);
   return vtk_file("PUnstructuredGrid", text + "</PUnstructuredGrid>\n</VTKFile>\n");
 }
 

@@ -45,7 +45,7 @@ std::vector<Vec3> line_places(const Vec3& from, const Vec3& to, std::size_t coun
   return places;
 }
 
-/// QuadraturePoints to look at on a line: several a spacing.
+/// Points to look at on a line: several a spacing.
 std::size_t samples_on(const Cloud& cloud, const Vec3& from, const Vec3& to) {
   constexpr double per_spacing = 4;
   return 2 + static_cast<std::size_t>(per_spacing * norm(to - from) / finest_spacing(cloud));

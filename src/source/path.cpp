@@ -221,7 +221,7 @@ void declare_paths(Schema& schema) {
            {"normalise", Kind::flag, "", "true",
             "What goes into the body is exactly the power asked for, at edges too. Otherwise heat that falls beside "
             "the body is lost; energy.csv shows it."},
-           {"at", Kind::quantities, "m", optional, "SourceLocation of a source at rest."},
+           {"at", Kind::quantities, "m", optional, "Place of a source at rest."},
            {"path", Kind::text, "", optional,
             "CSV file with columns t, x, y, z and perhaps power, linear in between; off before the first and "
             "after the last row. Two rows of one time are a jump."}}});

@@ -203,9 +203,9 @@ TEST(Integrators, MarchToTheExactModeOfARod) {
 TEST(Integrators, StoreExactlyWhatAFluxThatJumpsBrings) {
   const std::string text = rod + of_temperature + R"toml(
 [boundary.xmax]
-flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", events = ["0.13 s", "0.4 s"] }
+flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", breaks = ["0.13 s", "0.4 s"] }
 [source.s]
-power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", events = ["0.31 s"] }
+power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.31 s"] }
 )toml";
   const double flux = 5 * 0.13 - 2 * (0.4 - 0.13) + 0.1, sources = 0.5 * 0.31 + 3 * (0.5 - 0.31);
   for (const Named& kind : integrators()) {

@@ -150,7 +150,7 @@ TEST(MovingLeastSquares, RefuseTooFewPointsAndPointsOnALineOrPlane) {
   EXPECT_FALSE(fits(3, 1, plane));
 }
 
-/// QuadraturePoints halfway between neighbours, and the points themselves.
+/// Points halfway between neighbours, and the points themselves.
 std::vector<Vec3> places_of(const Cloud& cloud) {
   std::vector<Vec3> places(cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const auto neighbours = find_neighbours(cloud, 1.5);
