@@ -280,7 +280,7 @@ class Vtu {
     start_ = bytes_.find('_', raw) + 1;
   }
   const Xml& xml() const { return xml_; }
-  std::size_t points() const { return std::stoul(xml_.find("Segment").attributes.at("NumberOfPoints")); }
+  std::size_t points() const { return std::stoul(xml_.find("Piece").attributes.at("NumberOfPoints")); }
 
   /// The numbers of an array; checks type, size and that they lie inside the file.
   template <class Number>

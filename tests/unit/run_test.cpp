@@ -119,7 +119,7 @@ TEST(Run, WritesFieldsThatParaViewReads) {
   const Xml pvd = Xml::parse(read_file(folder / "fields.pvd"));
   const Vtu vtu(folder / pvd.all("DataSet").back()->attributes.at("file"));
   const std::size_t n = vtu.points();
-  EXPECT_EQ(vtu.xml().find("Segment").attributes.at("NumberOfCells"), std::to_string(n));
+  EXPECT_EQ(vtu.xml().find("Piece").attributes.at("NumberOfCells"), std::to_string(n));
   const auto x = vtu.values<double>("Points", 3), T = vtu.values<double>("temperature [K]", 1),
              q = vtu.values<double>("heat flux [W/m^2]", 3), k = vtu.values<double>("conductivity [W/(m K)]", 1),
              rho_c = vtu.values<double>("volumetric heat capacity [J/(m^3 K)]", 1);
@@ -414,7 +414,7 @@ TEST(RunParallel, WritesAPieceARankForParaView) {
     const Xml pvtu = Xml::parse(read_file(folder / file));
     EXPECT_EQ(pvtu.attributes.at("type"), "PUnstructuredGrid");
     segments.clear();
-    for (const Xml* piece : pvtu.all("Segment")) segments.push_back("fields/" + piece->attributes.at("Source"));
+    for (const Xml* piece : pvtu.all("Piece")) segments.push_back("fields/" + piece->attributes.at("Source"));
     for (const Xml* array : pvtu.find("PPointData").all("PDataArray")) declared.push_back(array->attributes.at("Name"));
     EXPECT_EQ(pvtu.find("PPoints").all("PDataArray").size(), 1u);
   }
