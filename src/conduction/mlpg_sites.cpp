@@ -5,6 +5,8 @@
 #include <cmath>
 #include <tuple>
 
+#include "base/parallel.hpp"
+
 namespace calor {
 
 namespace {
@@ -19,6 +21,7 @@ MlpgSites::MlpgSites(const Cloud& cloud, Faces faces, MlpgRows rows, bool nodal)
     : cloud_(cloud), faces_(std::move(faces)), rows_(std::move(rows)), nodal_(nodal) {
   for (std::size_t q = 0; q < faces_.size(); ++q)
     for (const int j : columns(rows_.flux, q)) two_point_ = two_point_ && (j == faces_.a[q] || j == faces_.b[q]);
+  two_point_ = !any(cloud.comm, !two_point_);  // a rank of few faces must choose the same solvers as the others
   order_sides();
   find_coupled();
 }

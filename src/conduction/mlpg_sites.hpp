@@ -34,7 +34,7 @@ struct MlpgRows {
 
 class MlpgSites final : public FluxSites {
  public:
-  /// `nodal`: the unknowns are the temperatures of the points; only rows.flux is then used.
+  /// `nodal`: the unknowns are the temperatures of the points; only rows.flux is then used. Collective.
   MlpgSites(const Cloud& cloud, Faces faces, MlpgRows rows, bool nodal);
 
   void add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const override;

@@ -44,12 +44,16 @@ void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& h
   if (rank > 0) MPI_Recv(&error, 1, MPI_INT, rank - 1, tag, comm, MPI_STATUS_IGNORE);
   const bool is_my_turn = error == 0;
   if (is_my_turn) {
+    const auto failed = [&] { error = errno ? errno : EIO; };
     std::FILE* file = std::fopen(path.c_str(), rank == 0 ? "w" : "a");
-    if (file) {
-      if (rank == 0) fmt::print(file, "{}\n", header);
-      rows(file);
+    if (!file) failed();
+    try {
+      if (file && rank == 0) fmt::print(file, "{}\n", header);
+      if (file) rows(file);
+    } catch (const std::exception&) {  // fmt throws where a disk is full; the other ranks wait for their turn
+      failed();
     }
-    if (!file || std::ferror(file) || std::fclose(file) != 0) error = errno ? errno : EIO;
+    if (file && std::fclose(file) != 0) failed();
   }
   if (rank < last) MPI_Send(&error, 1, MPI_INT, rank + 1, tag, comm);
   collective_try(comm, [&] {

@@ -261,8 +261,10 @@ void HeatSystem::step_in_enthalpy(std::span<double> T, std::span<double> dT) con
 void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
   std::vector<double> power(parts_->accounts.size());
   rate(t, T, R, power);
-  collective_try(parts_->cloud.comm, [&] { parts_->constrain(t, T, R); });
-  if (parts_->walls) parts_->add_wall_residual(t, T, R);
+  collective_try(parts_->cloud.comm, [&] {
+    parts_->constrain(t, T, R);
+    if (parts_->walls) parts_->add_wall_residual(t, T, R);
+  });
 }
 
 void HeatSystem::heat_flux(double t, std::span<double> T, std::span<Vec3> q) const {

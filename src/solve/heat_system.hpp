@@ -72,9 +72,10 @@ class HeatSystem {
   /// Sets prescribed points to their temperature at time t, books the heat that this takes (the reaction) and solves
   /// algebraic wall rows. Call it at t = 0 and after every stage or step that advanced E by F. Collective.
   void impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const;
-  /// Owned points with prescribed temperature, ascending, and their temperature at time t.
+  /// Owned points with prescribed temperature, ascending.
   std::span<const int> prescribed() const;
-  void prescribed_temperatures(double t, std::span<double> T) const;  ///< writes T at those points only
+  /// Writes T at those points only. Not collective: formulas may throw on one rank alone.
+  void prescribed_temperatures(double t, std::span<double> T) const;
 
   /// F as a residual for Newton: algebraic wall points give their row (W), prescribed points the violation of their
   /// temperature times the capacity of their cell (J), which is 0 in nodal systems, where they are set.

@@ -81,6 +81,7 @@ struct HeatSystem::Parts {
   std::vector<double> scratch, kept_T, T_points;
   double explicit_over_bound = 0;        ///< see explicit_rate_bound; 0: not yet known
   std::vector<double> constraint_scale;  ///< J/K, of `prescribed`; empty in nodal systems
+  bool constraints_are_scaled = false;   ///< the same on all ranks, also on those without prescribed points
 
   /// Rows of free points get the derivative of capacity and exchange, those of prescribed points their constraint: for
   /// unknowns that are not nodal. Not collective.

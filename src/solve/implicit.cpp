@@ -41,7 +41,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   const bool is_constant = system_.jacobian_is_constant();
   if (std::abs(gamma_dt - gamma_dt_) > 1e-12 * gamma_dt) newton_.renew_jacobian();
   t_ = t, gamma_dt_ = gamma_dt, known_ = known;
-  if (system_.is_nodal()) system_.prescribed_temperatures(t, T);
+  if (system_.is_nodal()) collective_try(system_.cloud().comm, [&] { system_.prescribed_temperatures(t, T); });
   if (rate_bound_ == 0 || !is_constant) rate_bound_ = system_.rate_bound(t, T);
 
   const std::size_t owned = known.size();

@@ -247,8 +247,10 @@ double HeatSystem::largest_rate(double t, std::span<double> T) const {
   Mat J = create_jacobian();
   assemble(t, T, 0, 1, false, J);
   if (parts.material.mean() == Mean::integral) {
-    const Conductivity k = parts_->conductivity(t, T, Parts::For::bound);
-    for (int i = 0; i < cloud.owned; ++i) scale[i] = 1 / std::sqrt(k.k[i]);
+    collective_try(cloud.comm, [&] {
+      const Conductivity k = parts_->conductivity(t, T, Parts::For::bound);
+      for (int i = 0; i < cloud.owned; ++i) scale[i] = 1 / std::sqrt(k.k[i]);
+    });
   }
   for (int i = 0; i < cloud.owned; ++i) {
     const bool is_free = parts.role[i] == Role::free;

@@ -36,10 +36,11 @@ void HeatSystem::Parts::constrain(double t, std::span<const double> T, std::span
 
 void HeatSystem::Parts::meet_constraints(double t, std::span<double> T) {
   cloud.halo.update(T);
-  if (constraint_scale.empty()) {
+  if (!constraints_are_scaled) {
     std::vector<double> C(cloud.owned);
     collective_try(cloud.comm, [&] { hold(T, {}, C); });
     for (int i : prescribed) constraint_scale.push_back(C[i]);
+    constraints_are_scaled = true;
   }
   std::vector<double> violation(cloud.owned);
   collective_try(cloud.comm, [&] { constrain(t, T, violation); });
