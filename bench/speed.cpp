@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "app/model.hpp"
-#include "conduction/pair_sites.hpp"
+#include "conduction/pair_conduction.hpp"
 
 namespace {
 
@@ -68,14 +68,14 @@ int measure(int edge) {
   const Case c = Case::parse(lattice_case(edge), "speed.toml");
   Phases phases;
   Model model = build_model(c, PETSC_COMM_WORLD, phases);
-  const HeatSystem& system = *model.system;
-  const auto& sites = dynamic_cast<const PairSites&>(system.sites());
+  HeatSystem& system = *model.system;
+  const auto& pairs = dynamic_cast<const PairConduction&>(*system.discretisation().conduction);
   State state = system.start(0, model.T_start);
   std::vector<double> F(state.E.size()), power(system.accounts().size());
 
   std::vector<double> plain, rate;
   for (int repeat = 0; repeat < 15; ++repeat) {
-    plain.push_back(seconds([&] { plain_rows(sites.neighbours(), sites.weights(), state.T, F); }));
+    plain.push_back(seconds([&] { plain_rows(pairs.neighbours(), pairs.weights(), state.T, F); }));
     rate.push_back(seconds([&] { system.rate(0, state.T, F, power); }));
   }
   rusage usage{};
@@ -85,7 +85,7 @@ int measure(int edge) {
   for (const auto& [phase, timing] : phases.timings())
     if (phase == "cloud" || phase == "weights") set_up += timing.cpu;
   fmt::print("{} points, {:.1f} neighbours a point\n", model.cloud->count,
-             static_cast<double>(sites.weights().size()) / points);
+             static_cast<double>(pairs.weights().size()) / points);
   fmt::print("{:<44}{:>9.2f} ms\n", "plain rows, constant k", 1e3 * median(plain));
   fmt::print("{:<44}{:>9.2f} ms  ratio {:.2f} (at most 1.5)\n", "dE/dt, k(T)", 1e3 * median(rate),
              median(rate) / median(plain));

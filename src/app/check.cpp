@@ -13,7 +13,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
-  Probes probes(c, *model.cloud, &system.sites());
+  Probes probes(c, *model.cloud, &system.dofs());
   const Cloud& cloud = *model.cloud;
   const CloudCheck sound = check(cloud);
   Start begin = start(model);
@@ -21,7 +21,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   const auto weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
   Expectations expectations(c, cloud, system.material(), probes, weld.get(), "");
   if (!is_steady(c)) make_integrator(c, system, state);  // refuses what does not fit
-  const bool takes_explicit = !is_steady(c) && system.points_hold_heat();
+  const bool takes_explicit = !is_steady(c) && system.capacity_is_lumped();
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
   const double pairs = model.weights.contains("pairs") ? model.weights.at("pairs") : 0;

@@ -98,24 +98,23 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   }
   range.reference = volume_mean(*m.cloud, m.T_start);
 
-  std::unique_ptr<FluxSites> sites;
-  SystemMaterial material{.points = MaterialField(c, *m.cloud, range), .conduction = {}, .capacity = {}};
+  Discretisation discretisation;
+  std::vector<MaterialField> materials;
+  materials.emplace_back(c, *m.cloud, range);
   located(cloud_location, [&] {
-    phases.measure("weights", [&] { sites = method.build(c, *m.cloud, conditions, material.points, m.weights); });
+    phases.measure("weights", [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
-  if (const CellSamples* subdomains = sites->subdomains())
-    for (const auto& source : sources) source->integrate_over(*subdomains);
-  if (const QuadraturePoints* at = sites->conduction_quadrature())
-    material.conduction.emplace(c, *m.cloud, at->x, at->tag, range);
-  if (const QuadraturePoints* at = sites->capacity_quadrature())
-    material.capacity.emplace(c, *m.cloud, at->x, at->tag, range);
+  if (discretisation.subdomains)
+    for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
+  for (const QuadraturePoints* points : discretisation.locations)
+    materials.emplace_back(c, *m.cloud, points->x, points->tag, range);
   if (const double negative = number(m.weights, "negative_weights"); negative > 0)
     m.notes.push_back(
         fmt::format("{:g} of {:g} weights of pairs are negative, the lowest {:.2g} times the mean: temperatures may "
                     "slightly leave the range of the data",
                     negative, number(m.weights, "pairs"), number(m.weights, "most_negative_weight")));
-  m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(sites), std::move(material), std::move(conditions),
-                                          std::move(sources));
+  m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(discretisation), std::move(materials),
+                                          std::move(conditions), std::move(sources));
   if (steady && !m.system->level_is_fixed())
     c.root().refuse(
         "steady", "nothing fixes the level of a steady temperature",
@@ -124,12 +123,12 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 }
 
 Start start(const Model& m) {
-  const HeatSystem& system = *m.system;
+  HeatSystem& system = *m.system;
   try {
     Start s{.state = system.start(0, m.T_start), .E_before_walls = {}};
     s.E_before_walls = s.state.E;
     system.impose(0, s.state.T, s.state.E, s.state.exchanged);
-    const std::span<const double> T = system.values(s.state.T);
+    const std::vector<double> T = system.temperatures(s.state.T);
     collective_try(m.cloud->comm, [&] {
       std::vector<double> value(T.size());
       system.material().conductivity(0, T, value, {});

@@ -1,5 +1,5 @@
 #pragma once
-// A case put together: cloud, flux sites, conditions, material, heat system; ready to be checked or run.
+// A case put together: cloud, conditions, discretisation, material, heat system; ready to be checked or run.
 #include <memory>
 #include <string>
 
@@ -14,7 +14,7 @@ namespace calor {
 
 struct Model {
   const Case& description;
-  std::unique_ptr<Cloud> cloud;  // at a fixed address: sites and system refer to it
+  std::unique_ptr<Cloud> cloud;  // at a fixed address: the system refers to it
   MethodReport weights;
   std::vector<std::string> notes;
   std::unique_ptr<HeatSystem> system;

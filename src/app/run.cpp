@@ -44,11 +44,11 @@ class Timeline {
 
 /// Temperature, heat flux and properties of the owned points, as ParaView gets them; for a body of several materials
 /// also how much of each there is, and of a weld its peaks and cooling times.
-void write_fields(FieldWriter& writer, const HeatSystem& system, State& state, const WeldResults* weld) {
+void write_fields(FieldWriter& writer, HeatSystem& system, State& state, const WeldResults* weld) {
   const std::size_t n = system.cloud().owned;
   std::vector<Vec3> q(n);
   system.heat_flux(state.t, state.T, q);
-  const std::span<const double> T = system.values(state.T);
+  const std::vector<double> T = system.temperatures(state.T);
   const std::vector<std::string> ingredients = system.material().ingredients();
   std::vector<double> k(n), rho_c(n);
   std::vector<std::vector<double>> fractions(ingredients.size() > 1 ? ingredients.size() : 0, std::vector<double>(n));
@@ -91,7 +91,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
       fmt::format("{} points in {}D, method {}", cloud.count, cloud.dimension, chosen_method(c).name));
   for (const std::string& note : model.notes) say(spdlog::level::info, note);
 
-  Probes probes(c, cloud, &system.sites());
+  Probes probes(c, cloud, &system.dofs());
   Start begin = start(model);
   State& state = begin.state;
   const std::unique_ptr<WeldResults> weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
@@ -113,7 +113,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                                            {"integrator", steady ? "steady" : integrator->name()}};
   say(spdlog::level::debug, fmt::format("integrator {}", texts["integrator"]));
   // Brings the ghosts of state.T up to date, too, which probes need.
-  const auto owned = [&] { return system.values(state.T); };
+  const auto owned = [&] { return system.temperatures(state.T); };
   const auto show = [&] {
     if (fields) phases.measure("output", [&] { write_fields(*fields, system, state, weld.get()); });
   };
@@ -178,7 +178,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     show();
     expectations.observe(state, false, owned());
     for (auto stop = stops.begin(); stop != stops.end() && !is_over && !result.interrupted_by; ++stop) {
-      system.change_sites(state.t * (1 + 1e-12));
+      system.apply(state.t * (1 + 1e-12));
       phases.measure("march", [&] { integrator->advance(system, state, *stop, after_step); });
       sample();
       if (shown.contains(state.t) || is_over || result.interrupted_by) show();

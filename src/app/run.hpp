@@ -1,5 +1,5 @@
 #pragma once
-// The way of the data: case -> cloud -> flux sites -> heat system -> integrator -> outputs.
+// The way of the data: case -> cloud -> discretisation -> heat system -> integrator -> outputs.
 #include <mpi.h>
 
 #include <map>

@@ -1,7 +1,7 @@
 #pragma once
 // Quadrature points inside the cells of the points, for the heat that they hold.
 #include "cloud/cloud.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/quadrature.hpp"
 
 namespace calor {
 

@@ -146,7 +146,7 @@ void restore_along_faces(const Cloud& cloud, const Neighbours& neighbours, const
 
 }  // namespace
 
-PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
+PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
                         CorrectionReport& report) {
   const auto crossings = cracks.crossings(neighbours);
   if (std::ranges::any_of(cracks.all(), is_surface)) {
@@ -182,18 +182,18 @@ PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours nei
                              .contact = crack.contact * x.length,
                              .opens = crack.opens});
   }
-  return PairSites(cloud, std::move(neighbours), std::move(G), {}, {}, std::move(bonds));
+  return PairConduction(cloud, std::move(neighbours), std::move(G), std::move(bonds));
 }
 
-std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, MirroredNeighbours mirrored,
-                                       std::vector<double> G, Layers layers, CorrectionReport& done,
-                                       MethodReport& report) {
-  if (!has_cracks(c)) return std::make_unique<PairSites>(fold_images(cloud, std::move(mirrored), std::move(G), layers));
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
+                           MethodReport& report) {
+  if (!has_cracks(c)) return pair_discretisation(cloud, conditions, std::move(mirrored), std::move(G), layers);
   Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();
-  auto sites = std::make_unique<PairSites>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
-  const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - sites->neighbours().column.size()));
+  auto pairs = std::make_unique<PairConduction>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
+  const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - pairs->neighbours().column.size()));
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());
   if (rank_of(cloud.comm) == 0 && cracks.moved() > 0)
@@ -201,7 +201,7 @@ std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, Mirror
         "{} point{} on a crack taken to lie beside it, 1e-3 spacings to the left of its direction (in 3D: where "
         "its corners run counter-clockwise)",
         cracks.moved(), cracks.moved() == 1 ? " is" : "s are");
-  return sites;
+  return nodal_discretisation(cloud, conditions, std::move(pairs));
 }
 
 }  // namespace calor

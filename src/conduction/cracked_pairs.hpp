@@ -13,19 +13,19 @@
 #include "conduction/correction.hpp"
 #include "conduction/method.hpp"
 #include "conduction/mirror_images.hpp"
-#include "conduction/pair_sites.hpp"
+#include "conduction/pair_conduction.hpp"
 
 namespace calor {
 
-/// The pair sites of a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
+/// Conduction in a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
 /// numbers of the last correction. Collective; throws Error.
-PairSites cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
+PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
                         CorrectionReport& report);
 
-/// The flux sites of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
-/// from all pairs, images folded.
-std::unique_ptr<FluxSites> with_cracks(const Case& c, const Cloud& cloud, MirroredNeighbours mirrored,
-                                       std::vector<double> G, Layers layers, CorrectionReport& done,
-                                       MethodReport& report);
+/// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
+/// from all pairs, images folded. Collective; throws Error.
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
+                           MethodReport& report);
 
 }  // namespace calor

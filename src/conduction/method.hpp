@@ -1,5 +1,5 @@
 #pragma once
-// The only step that knows the method: cloud in, flux sites out. A new method is a new file and a line in method.cpp.
+// The only step that knows the method: cloud in, discretisation out. A new method is a new file and a line in method.cpp.
 #include <map>
 #include <memory>
 #include <string>
@@ -9,7 +9,7 @@
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/discretisation.hpp"
 #include "material/material_field.hpp"
 
 namespace calor {
@@ -21,9 +21,9 @@ struct Method {
   std::string name;
   /// How far its points see at most: sizes the ghosts.
   Support (*reach)(const Case& c);
-  /// `conditions` say which walls mirror images lie beyond, `material` whether its heat capacity varies.
-  std::unique_ptr<FluxSites> (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
-                                      const MaterialField& material, MethodReport& report);
+  /// Cloud and conditions must outlive the discretisation. Collective; throws Error.
+  Discretisation (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
+                          MethodReport& report);
 };
 
 /// Counts pairs for the report and refuses points with too few neighbours. Collective.

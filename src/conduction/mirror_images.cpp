@@ -89,14 +89,14 @@ void remove_unseen(MirroredNeighbours& mirrored, bool insulated_too) {
 /// these, whose parts are values on walls, edges and corners. It continues fields linear in every coordinate exactly.
 /// An edge takes the mean of its walls.
 void add_values(const Cloud& cloud, int m, std::uint32_t set, const std::array<int, 3>& terms, Layers layers,
-                WallBonds& bonds) {
+                ImageBonds& bonds) {
   std::vector<std::pair<int, int>> odd;  // axis, face
   for (std::size_t f = 0; f < cloud.walls.size(); ++f)
     if (set >> f & 1 && terms[f / 2] >= 0) odd.emplace_back(static_cast<int>(f / 2), static_cast<int>(f));
   const auto image = static_cast<std::int32_t>(bonds.images.size());
   const auto S = static_cast<int>(odd.size());
   const bool is_odd = layers == Layers::odd;
-  WallBonds::Image& added = bonds.images.emplace_back();
+  ImageBonds::Image& added = bonds.images.emplace_back();
   added = {.point = m, .sign = !is_odd ? 0.0 : S % 2 == 1 ? -1.0 : 1.0, .term = {-1, -1, -1}};
   for (const auto& [axis, face] : odd) added.term[axis] = terms[axis];
   for (std::uint32_t U = 1; U < 1u << S; ++U) {
@@ -152,13 +152,14 @@ MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& s
   return out;
 }
 
-PairSites fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers) {
+PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+                      std::span<const PrescribedTerm> temperatures) {
   Neighbours& all = mirrored.neighbours;
-  if (all.mirrors.empty()) return PairSites(cloud, std::move(all), std::move(G));
+  if (all.mirrors.empty()) return {std::make_unique<PairConduction>(cloud, std::move(all), std::move(G)), nullptr};
 
   using Image = std::tuple<int, std::uint8_t, std::array<int, 3>>;
   std::map<Image, std::int32_t> numbers;
-  WallBonds bonds;
+  ImageBonds bonds;
   std::size_t kept = 0, image = 0;
   for (int i = 0; i < cloud.owned; ++i) {
     const std::int64_t begin = all.row[i], end = all.row[i + 1];
@@ -192,8 +193,17 @@ PairSites fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vect
   all.column.resize(kept);
   G.resize(kept);
   all.image = {}, all.mirrors = {}, all.mirrored = {};
-  if (!any(cloud.comm, !bonds.G.empty())) return PairSites(cloud, std::move(all), std::move(G));
-  return PairSites(cloud, std::move(all), std::move(G), {}, std::move(bonds));
+  PairTerms terms{std::make_unique<PairConduction>(cloud, std::move(all), std::move(G)), nullptr};
+  if (any(cloud.comm, !bonds.G.empty())) terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);
+  return terms;
+}
+
+Discretisation pair_discretisation(const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
+                                   std::vector<double> G, Layers layers) {
+  PairTerms terms = fold_images(cloud, std::move(mirrored), std::move(G), layers, conditions.temperatures);
+  std::vector<std::unique_ptr<HeatTerm>> walls;
+  if (terms.images) walls.push_back(std::move(terms.images));
+  return nodal_discretisation(cloud, conditions, std::move(terms.pairs), std::move(walls));
 }
 
 }  // namespace calor

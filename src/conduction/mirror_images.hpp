@@ -4,12 +4,15 @@
 // the temperature of its point, beyond a wall of prescribed temperature T* it is 2 T* less that (odd reflection). Where
 // heat fluxes enter, no images lie, and the wall keeps its boundary area.
 #include <array>
+#include <memory>
 #include <vector>
 
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/pair_sites.hpp"
+#include "conduction/discretisation.hpp"
+#include "conduction/image_conduction.hpp"
+#include "conduction/pair_conduction.hpp"
 
 namespace calor {
 
@@ -31,7 +34,17 @@ struct MirroredNeighbours {
 MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& support, const Conditions& conditions,
                                             bool insulated_too);
 
-/// Flux sites from the weights of all pairs, images included.
-PairSites fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers);
+struct PairTerms {
+  std::unique_ptr<PairConduction> pairs;
+  std::unique_ptr<ImageConduction> images;  ///< null where no rank has images beyond walls of prescribed temperature
+};
+
+/// The terms of the weights of all pairs, images included. `temperatures` must outlive them. Collective.
+PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+                      std::span<const PrescribedTerm> temperatures);
+
+/// The same as a discretisation.
+Discretisation pair_discretisation(const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
+                                   std::vector<double> G, Layers layers);
 
 }  // namespace calor

@@ -12,6 +12,7 @@
 #include "cloud/cracks.hpp"
 #include "conduction/cell_points.hpp"
 #include "conduction/mlpg_stability.hpp"
+#include "conduction/prescribed.hpp"
 #include "conduction/sphere_cells.hpp"
 
 namespace calor {
@@ -69,10 +70,10 @@ void gather_at_points(const Cloud& cloud, CellQuadrature& cells) {
 }
 
 /// The walls of prescribed temperature, whose rows of shape functions begin at `first`.
-PenaltyWalls penalty_walls(const Cloud& cloud, const ShapeRows& shapes, std::size_t first,
+PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_t first,
                            std::span<const PrescribedTerm> temperatures) {
   constexpr double alpha = 1e5;  // in conductivity / spacing: walls are off by 1e-5 of what T changes over a spacing
-  PenaltyWalls walls;
+  PenaltyRows walls;
   for (const PrescribedTerm& term : temperatures) {
     SparseRows& slope = walls.slope.emplace_back();
     std::vector<double>& stiffness = walls.stiffness.emplace_back();
@@ -85,9 +86,8 @@ PenaltyWalls penalty_walls(const Cloud& cloud, const ShapeRows& shapes, std::siz
   return walls;
 }
 
-MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, std::optional<CellQuadrature> cells,
-                          std::optional<CellSamples> subdomains, std::span<const PrescribedTerm> temperatures,
-                          MlpgReport& report) {
+MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, std::optional<CellQuadrature> cells,
+                            std::span<const PrescribedTerm> temperatures, MlpgReport& report) {
   std::vector<Vec3> places = faces.x, along = faces.area;
   if (o.prescribed == MlpgPrescribed::collocation) temperatures = {};
   for (const PrescribedTerm& term : temperatures) {
@@ -98,27 +98,25 @@ MlpgSites parameter_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces,
   if (cells) places.insert(places.end(), cells->x.begin(), cells->x.end());
   places.insert(places.end(), cloud.x.begin(), cloud.x.begin() + cloud.owned);
   const auto shapes = shape_rows(cloud, o.mls, o.support, places, along, report.supports);
-  MlpgRows rows{.flux = {},
-                .conduction = places_of(cloud, faces),
-                .cells = std::move(cells),
-                .value = {},
-                .subdomains = std::move(subdomains),
-                .shapes = {o.mls, o.support, report.supports.R}};
+  FaceRows rows{.flux = {}, .conduction = places_of(cloud, faces), .cells = std::move(cells), .value = {}};
   for (std::size_t q = 0; q < faces.size(); ++q) {
     add_slopes(shapes, q, rows.flux);
     close_row(rows.flux);
   }
-  if (o.prescribed == MlpgPrescribed::penalty) rows.walls = penalty_walls(cloud, shapes, faces.size(), temperatures);
+  MlpgScheme scheme{.conduction = nullptr, .shapes = {o.mls, o.support, report.supports.R}};
+  if (o.prescribed == MlpgPrescribed::penalty)
+    scheme.walls = std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
   const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
   rows.conduction.phi = values(shapes, 0, faces.size());
   if (rows.cells) rows.cells->phi = values(shapes, with_slope, in_cells);
   rows.value = values(shapes, with_slope + in_cells, cloud.owned);
-  return MlpgSites(cloud, std::move(faces), std::move(rows), false);
+  scheme.conduction = std::make_unique<FaceConduction>(cloud, std::move(faces), std::move(rows), false);
+  return scheme;
 }
 
 /// k a.[g + x_ji (T_j - T_i - g.x_ji) / r^2], g = sum_J grad phi_J T_J. Across a face of a lattice, a parallel to x_ji,
 /// g drops out and two points remain.
-MlpgSites value_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, MlpgReport& report) {
+MlpgScheme nodal_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, MlpgReport& report) {
   std::vector<double> along(faces.size());  // the lines i-j
   std::vector<Vec3> across(faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
@@ -128,7 +126,7 @@ MlpgSites value_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, Mlp
   }
   ShapeRows shapes;
   if (!cloud.box_lattice) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
-  MlpgRows rows;
+  FaceRows rows;
   rows.flux.column.reserve(shapes.column.size() + 2 * faces.size());
   rows.flux.value.reserve(shapes.column.size() + 2 * faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
@@ -137,7 +135,7 @@ MlpgSites value_sites(const Cloud& cloud, const MlpgOptions& o, Faces faces, Mlp
     add_to(rows.flux, faces.b[q], along[q]);
     close_row(rows.flux);
   }
-  return MlpgSites(cloud, std::move(faces), std::move(rows), true);
+  return {.conduction = std::make_unique<FaceConduction>(cloud, std::move(faces), std::move(rows), true)};
 }
 
 MlpgOptions options_of(const Table& table, int dimension, bool regular) {
@@ -191,7 +189,7 @@ void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptio
 }
 
 Support reach(const Case& c) {
-  // Before there is a cloud: what any cloud may need. Values out of range are refused when the sites are built.
+  // Before there is a cloud: what any cloud may need. Values out of range are refused when the scheme is built.
   const Table table = c.section("mlpg");
   MlpgOptions o;
   if (table.has("support")) o.support.spacings = std::clamp(table.number("support"), 1.0, 5.0);
@@ -201,7 +199,7 @@ Support reach(const Case& c) {
 }
 
 /// Refuses schemes whose waves grow, and tells how far the circles bias the diffusivity.
-void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o, const MlpgSites& sites,
+void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o, const FaceConduction& conduction,
                      bool transient, MethodReport& report) {
   const bool spheres = o.subdomain == MlpgSubdomain::sphere;
   constexpr const char* cure =
@@ -233,7 +231,7 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
   const bool always_stable =
       o.mls.degree == 1 && cloud.dimension < 3 && o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
   if (!transient || always_stable) return;
-  const double growth = start_up_growth(cloud, sites);
+  const double growth = start_up_growth(cloud, conduction);
   report["start_up_growth"] = growth;
   if (growth > 1.02)
     table.refuse("support",
@@ -246,8 +244,28 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
                  cure);
 }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions,
-                                 const MaterialField& material, MethodReport& report) {
+/// The scheme as a discretisation.
+Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& conditions, MlpgScheme scheme) {
+  const FaceRows& rows = scheme.conduction->rows();
+  Discretisation d;
+  d.locations = {&rows.conduction};
+  if (rows.cells) d.locations.push_back(&*rows.cells);
+  d.dofs = std::make_unique<Dofs>(cloud, rows.value, std::move(scheme.shapes));
+  if (rows.cells)
+    d.capacity = std::make_unique<CellCapacity>(*rows.cells, 2);
+  else
+    d.capacity = std::make_unique<LumpedCapacity>(std::vector(cloud.volume.begin(), cloud.volume.begin() + cloud.owned));
+  if (scheme.walls)
+    d.walls.push_back(std::move(scheme.walls));
+  else if (auto prescribed = prescribed_points(cloud, conditions.temperatures, *d.dofs, *d.capacity))
+    d.constraints.push_back(std::move(prescribed));
+  d.conduction = std::move(scheme.conduction);
+  d.subdomains = std::move(scheme.subdomains);
+  return d;
+}
+
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
+                     MethodReport& report) {
   const Table table = c.section("mlpg");
   if (has_cracks(c)) c.root().refuse("method", "mlpg knows no cracks", "use method = \"sph\" or \"peridynamics\"");
   MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
@@ -256,7 +274,7 @@ std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Condit
     o.capacity = MlpgCapacity::one_point;
   refuse_what_does_not_fit(c, cloud, o);
   MlpgReport done;
-  auto sites = std::make_unique<MlpgSites>(mlpg_sites(cloud, o, done, conditions.temperatures));
+  MlpgScheme scheme = mlpg_scheme(cloud, o, done, conditions.temperatures);
   report["pairs"] = static_cast<double>(done.faces.pairs);
   report["neighbours"] = done.neighbours;
   report["weight_residual"] = done.faces.residual;
@@ -264,8 +282,9 @@ std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Condit
   report["face_moment_error"] = done.faces.moment_error;
   report["enlarged_supports"] = static_cast<double>(done.supports.enlarged);
   report["largest_support"] = done.supports.largest;
-  if (o.flux == MlpgFlux::parameters) check_stability(table, cloud, o, *sites, c.root().has("time"), report);
-  return sites;
+  if (o.flux == MlpgFlux::edge_stabilised) return nodal_discretisation(cloud, conditions, std::move(scheme.conduction));
+  check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
+  return parameter_discretisation(cloud, conditions, std::move(scheme));
 }
 
 }  // namespace
@@ -286,29 +305,32 @@ double mlpg_reach(const MlpgOptions& options) {
   return std::max(virtual_face_reach(), 2 * options.support.limit());
 }
 
-MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
-                     std::span<const PrescribedTerm> temperatures) {
+MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
+                       std::span<const PrescribedTerm> temperatures) {
   report = {};
   const bool values = options.flux == MlpgFlux::edge_stabilised;
-  const auto build_sites = [&] {
+  const auto build_scheme = [&] {
     if (options.subdomain == MlpgSubdomain::sphere) {
       Subdomains spheres = sphere_subdomains(cloud, options.radius);
-      CellSamples samples = samples_of(spheres.cells);
+      auto subdomains = std::make_unique<CellSamples>(samples_of(spheres.cells));
       if (options.capacity == MlpgCapacity::one_point) gather_at_points(cloud, spheres.cells);
-      return parameter_sites(cloud, options, std::move(spheres.faces), std::move(spheres.cells), std::move(samples),
-                             temperatures, report);
+      MlpgScheme scheme = parameter_scheme(cloud, options, std::move(spheres.faces), std::move(spheres.cells),
+                                           temperatures, report);
+      scheme.subdomains = std::move(subdomains);
+      return scheme;
     }
     Faces faces = cloud.box_lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
-    if (values) return value_sites(cloud, options, std::move(faces), report);
+    if (values) return nodal_scheme(cloud, options, std::move(faces), report);
     std::optional<CellQuadrature> cells;
     if (options.capacity == MlpgCapacity::consistent) cells = gauss_points(cloud);
-    return parameter_sites(cloud, options, std::move(faces), std::move(cells), {}, temperatures, report);
+    return parameter_scheme(cloud, options, std::move(faces), std::move(cells), temperatures, report);
   };
-  MlpgSites sites = build_sites();
-  const auto rows = total(cloud.comm, static_cast<std::int64_t>(sites.flux_rows().count()));
-  const auto entries = total(cloud.comm, static_cast<std::int64_t>(sites.flux_rows().column.size()));
+  MlpgScheme scheme = build_scheme();
+  const SparseRows& flux = scheme.conduction->rows().flux;
+  const auto rows = total(cloud.comm, static_cast<std::int64_t>(flux.count()));
+  const auto entries = total(cloud.comm, static_cast<std::int64_t>(flux.column.size()));
   report.neighbours = static_cast<double>(entries) / static_cast<double>(std::max<std::int64_t>(1, rows));
-  return sites;
+  return scheme;
 }
 
 Method mlpg_method() { return {"mlpg", reach, build}; }

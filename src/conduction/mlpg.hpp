@@ -5,8 +5,9 @@
 #include "cloud/cloud.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/method.hpp"
-#include "conduction/mlpg_sites.hpp"
+#include "conduction/face_conduction.hpp"
 #include "conduction/mls.hpp"
+#include "conduction/penalty_walls.hpp"
 #include "conduction/supports.hpp"
 
 namespace calor {
@@ -53,11 +54,19 @@ struct MlpgReport {
 /// Support radius over spacing that the halo of the cloud must cover.
 double mlpg_reach(const MlpgOptions& options);
 
-/// Sites on cells that fill the body, boxes on box lattices and virtual faces on all other clouds; or on spheres. The
-/// cloud must have points on the walls and boundary areas. `temperatures` are the prescribed ones. Collective; throws
-/// Error.
-MlpgSites mlpg_sites(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
-                     std::span<const PrescribedTerm> temperatures = {});
+/// What the options make of a cloud.
+struct MlpgScheme {
+  std::unique_ptr<FaceConduction> conduction;
+  ShapeFunctions shapes = {};                   ///< of parameters
+  std::unique_ptr<CellSamples> subdomains = {};  ///< where they are not the points' cells
+  std::unique_ptr<HeatTerm> walls = {};          ///< null: prescribed temperatures are collocated
+};
+
+/// The scheme on cells that fill the body, boxes on box lattices and virtual faces on all other clouds; or on spheres.
+/// The cloud must have points on the walls and boundary areas. `temperatures` are the prescribed ones. Collective;
+/// throws Error.
+MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
+                       std::span<const PrescribedTerm> temperatures = {});
 
 /// Registers method = "mlpg".
 Method mlpg_method();

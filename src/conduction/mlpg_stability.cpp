@@ -102,10 +102,10 @@ class Entries final : public JacobianEntries {
 };
 
 /// C/dt + factor K with rho c = k = 1.
-Mat stepping_matrix(const Cloud& cloud, const MlpgSites& sites, double dt, double factor) {
+Mat stepping_matrix(const Cloud& cloud, const FaceConduction& conduction, double dt, double factor) {
   std::vector<PetscInt> diagonal(cloud.owned, 1), off_diagonal(cloud.owned, 0);
   for (int i = 0; i < cloud.owned; ++i)
-    for (const int j : sites.coupled(i)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
+    for (const int j : conduction.coupled(i)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
   Mat matrix = nullptr;
   MatCreateAIJ(cloud.comm, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0, diagonal.data(), 0,
                off_diagonal.data(), &matrix);
@@ -114,15 +114,15 @@ Mat stepping_matrix(const Cloud& cloud, const MlpgSites& sites, double dt, doubl
     const auto n = static_cast<std::size_t>(phi.row[r + 1] - phi.row[r]);
     entries.add(i, {phi.column.data() + phi.row[r], n}, {phi.value.data() + phi.row[r], n});
   };
-  const CellQuadrature* cells = sites.capacity_quadrature();
+  const CellQuadrature* cells = conduction.rows().cells ? &*conduction.rows().cells : nullptr;
   for (int i = 0; i < cloud.owned; ++i) {
-    if (!cells) hold(i, *sites.point_values(), i, cloud.volume[i]);
+    if (!cells) hold(i, conduction.rows().value, i, cloud.volume[i]);
     for (auto q = cells ? cells->cell[i] : 0; cells && q < cells->cell[i + 1]; ++q)
       hold(i, cells->phi, q, cells->volume[q]);
   }
-  const std::vector<double> one(sites.faces().size(), 1.0);
-  Entries entries(cloud, matrix, -factor);  // the sites give -K
-  sites.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}}, {}, entries);
+  const std::vector<double> one(conduction.faces().size(), 1.0);
+  Entries entries(cloud, matrix, -factor);  // conduction gives -K
+  conduction.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}}, {}, entries);
   MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY);
   MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY);
   return matrix;
@@ -207,15 +207,15 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
   return out;
 }
 
-double start_up_growth(const Cloud& cloud, const MlpgSites& sites) {
+double start_up_growth(const Cloud& cloud, const FaceConduction& conduction) {
   constexpr int steps = 60, watched = 20;
   double d = std::numeric_limits<double>::max();
   for (int i = 0; i < cloud.owned; ++i) d = std::min(d, cloud.spacing[i]);
   d = min(cloud.comm, d);
   const double dt = 0.1 * d * d;
   PetscMarch march;
-  march.A = stepping_matrix(cloud, sites, dt, 0.5);
-  march.B = stepping_matrix(cloud, sites, dt, -0.5);
+  march.A = stepping_matrix(cloud, conduction, dt, 0.5);
+  march.B = stepping_matrix(cloud, conduction, dt, -0.5);
   MatCreateVecs(march.A, &march.T, &march.right);
   KSPCreate(cloud.comm, &march.solver);
   KSPSetOperators(march.solver, march.A, march.A);
@@ -239,7 +239,7 @@ double start_up_growth(const Cloud& cloud, const MlpgSites& sites) {
   const auto size = [&] {
     cloud.halo.update(std::span<double>(T));
     std::vector<double> values(cloud.owned);
-    sites.point_values()->apply(T, values);
+    conduction.rows().value.apply(T, values);
     return std::sqrt(dot(cloud.comm, values, values));
   };
   for (int i = 0; i < cloud.owned; ++i) T[i] = 2 * hashed_uniform(1, static_cast<std::uint64_t>(cloud.id[i])).x - 1;

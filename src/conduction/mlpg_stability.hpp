@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "cloud/cloud.hpp"
-#include "conduction/mlpg_sites.hpp"
+#include "conduction/face_conduction.hpp"
 #include "conduction/mls.hpp"
 
 namespace calor {
@@ -34,6 +34,6 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
 /// Marches 60 Crank-Nicolson steps of a tenth of d^2/diffusivity from random parameters and returns the growth of T^h
 /// over the last 20 (below 1 for a stable scheme); infinite where it blows up before or the linear solver fails.
 /// Collective.
-double start_up_growth(const Cloud& cloud, const MlpgSites& sites);
+double start_up_growth(const Cloud& cloud, const FaceConduction& conduction);
 
 }  // namespace calor

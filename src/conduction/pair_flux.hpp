@@ -3,7 +3,7 @@
 // conserved to round-off, and exactly zero where the temperature is uniform.
 #include <span>
 
-#include "conduction/flux_sites.hpp"
+#include "conduction/evaluation.hpp"
 
 namespace calor {
 

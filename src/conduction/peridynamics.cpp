@@ -62,8 +62,8 @@ Peridynamics options_of(const Table& table, bool lattice_in_cells) {
 
 Support reach(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
-                                 MethodReport& report) {
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& /*material*/,
+                     MethodReport& report) {
   const Table table = c.section("peridynamics");
   const Peridynamics options = options_of(table, cloud.box_lattice && !cloud.points_on_walls);
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
@@ -80,14 +80,14 @@ std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Condit
   count_pairs(cloud, mirrored.neighbours, report);
   if (is_paper(table)) {
     auto G = bond_weights(cloud, mirrored.neighbours, options);
-    return std::make_unique<PairSites>(fold_images(cloud, std::move(mirrored), std::move(G), layers));
+    return pair_discretisation(cloud, conditions, std::move(mirrored), std::move(G), layers);
   }
   CorrectionReport done;
   auto G = consistent_weights(
       cloud, mirrored.neighbours, [&] { return base_weights(cloud, mirrored.neighbours, options); }, {}, done);
-  auto sites = with_cracks(c, cloud, std::move(mirrored), std::move(G), layers, done, report);
+  auto discretisation = with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), layers, done, report);
   add_to_report(done, report);
-  return sites;
+  return discretisation;
 }
 
 }  // namespace

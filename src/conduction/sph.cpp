@@ -11,7 +11,7 @@
 #include "cloud/lattice.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/mirror_images.hpp"
-#include "conduction/wall_rows.hpp"
+#include "conduction/zeta_rows.hpp"
 
 namespace calor {
 
@@ -65,8 +65,20 @@ double smoothing_of(const Table& options, bool exact_lattice) {
 
 Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
 
-std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField&,
-                                 MethodReport& report) {
+/// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
+/// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
+/// sum is not divided by its second moment, as printed.
+Discretisation paper_scheme(const Cloud& cloud, const Conditions& conditions, Neighbours neighbours,
+                            double smoothing) {
+  auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
+  // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
+  auto walls = zeta_rows(cloud, neighbours, G, conditions);
+  auto pairs = std::make_unique<PairConduction>(cloud, std::move(neighbours), std::move(G));
+  return nodal_discretisation(cloud, conditions, std::move(pairs), {}, std::move(walls));
+}
+
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& /*material*/,
+                     MethodReport& report) {
   const Table options = c.section("sph");
   const double smoothing = smoothing_of(options, has_exact_weights(cloud));
   const bool paper = options.text("correction") == "paper";
@@ -87,13 +99,14 @@ std::unique_ptr<FluxSites> build(const Case& c, const Cloud& cloud, const Condit
   MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_reach(smoothing), conditions, true);
   count_pairs(cloud, mirrored.neighbours, report);
   report["smoothing"] = smoothing;
-  if (paper) return std::make_unique<PairSites>(sph_paper(cloud, std::move(mirrored.neighbours), smoothing));
+  if (paper) return paper_scheme(cloud, conditions, std::move(mirrored.neighbours), smoothing);
 
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
-  auto sites = with_cracks(c, cloud, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  auto discretisation =
+      with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
-  return sites;
+  return discretisation;
 }
 
 }  // namespace
@@ -133,18 +146,6 @@ std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours&
   return consistent_weights(
       cloud, neighbours, [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); },
       one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
-}
-
-PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report) {
-  auto G = sph_consistent_weights(cloud, neighbours, smoothing, report);
-  return PairSites(cloud, std::move(neighbours), std::move(G));
-}
-
-PairSites sph_paper(const Cloud& cloud, Neighbours neighbours, double smoothing) {
-  auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
-  // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
-  auto walls = zeta_rows(cloud, neighbours, G);
-  return PairSites(cloud, std::move(neighbours), std::move(G), std::move(walls));
 }
 
 Method sph_method() { return {"sph", reach, build}; }

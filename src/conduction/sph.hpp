@@ -7,7 +7,7 @@
 #include "cloud/neighbours.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/method.hpp"
-#include "conduction/pair_sites.hpp"
+#include "conduction/pair_conduction.hpp"
 
 namespace calor {
 
@@ -27,18 +27,6 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
 /// The consistent pair weights, m. `neighbours` within sph_reach(smoothing), images included. Collective.
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
                                            CorrectionReport& report);
-/// The same as flux sites, where there are no images.
-PairSites sph_consistent(const Cloud& cloud, Neighbours neighbours, double smoothing, CorrectionReport& report);
-
-/// The weights alone.
-std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
-                                           CorrectionReport& report);
-
-/// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
-/// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
-/// sum is not divided by its second moment, as printed. The cloud must have its points on the walls and boundary areas.
-PairSites sph_paper(const Cloud& cloud, Neighbours neighbours, double smoothing);
-
 /// Registers method = "sph".
 Method sph_method();
 void declare_sph(Schema& schema);

@@ -5,7 +5,7 @@
 
 #include "cloud/cloud.hpp"
 #include "conduction/faces.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/quadrature.hpp"
 
 namespace calor {
 

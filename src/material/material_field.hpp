@@ -1,5 +1,5 @@
 #pragma once
-// The properties of the whole body at the points where the flux sites want them: every point belongs to a region, a
+// The properties of the whole body at the points where terms of the heat equation want them: every point belongs to a region, a
 // point on the interface of two layers to both with equal weights.
 #include <memory>
 #include <span>
@@ -9,10 +9,14 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
-#include "conduction/flux_sites.hpp"
 #include "material/material.hpp"
 
 namespace calor {
+
+/// How two points share a conductivity. integral: k depends on T alone, the pair flux is G (theta_j - theta_i) with
+/// theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: layered or piecewise bodies, the interface
+/// midway between the points.
+enum class Mean { integral, arithmetic, harmonic };
 
 class MaterialField {
  public:

@@ -8,7 +8,7 @@
 
 namespace calor {
 
-EnergyLog::EnergyLog(const HeatSystem& system, std::vector<double> start_E, const std::string& folder)
+EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder)
     : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)) {
   if (folder.empty()) return;
   std::string header = "time [s],stored [J]";

@@ -20,14 +20,14 @@ class EnergyLog {
  public:
   /// `start_E` (owned points, J) before walls were imposed, so that the jump at t = 0 counts. Empty folder: writes
   /// nothing. Collective.
-  EnergyLog(const HeatSystem& system, std::vector<double> start_E, const std::string& folder);
+  EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder);
   EnergyBalance record(const State& state);  ///< Collective.
   double worst_imbalance() const { return worst_; }
   /// Largest |deposited / asked - 1| of a source's power so far.
   double worst_source_error() const { return worst_source_error_; }
 
  private:
-  const HeatSystem& system_;
+  HeatSystem& system_;
   MPI_Comm comm_;
   std::vector<double> start_E_;
   CsvLog log_;

@@ -159,7 +159,7 @@ std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candida
 
 }  // namespace
 
-Probes::Probes(const Case& c, const Cloud& cloud, const FluxSites* sites) : comm_(cloud.comm), first_slot_{0} {
+Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs) : comm_(cloud.comm), first_slot_{0} {
   const Table section = c.section("probe");
   for (const std::string& name : section.keys()) {
     const std::vector<double> at = section.numbers(name);
@@ -175,20 +175,20 @@ Probes::Probes(const Case& c, const Cloud& cloud, const FluxSites* sites) : comm
     for (std::size_t axis = 0; axis < at.size(); ++axis) place[static_cast<int>(axis)] = at[axis];
     add(cloud, place, name, section.location(name));
   }
-  ask(sites);
+  ask(dofs);
 }
 
-Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const FluxSites* sites)
+Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs)
     : comm_(cloud.comm), first_slot_{0} {
   for (std::size_t p = 0; p < places.size(); ++p) add(cloud, places[p], names[p], {});
-  ask(sites);
+  ask(dofs);
 }
 
-void Probes::ask(const FluxSites* sites) {
-  if (!sites || places_.empty()) return;
+void Probes::ask(const Dofs* dofs) {
+  if (!dofs || places_.empty()) return;
   std::vector<Vec3> own;
   for (const int p : own_) own.push_back(places_[p]);
-  value_rows_ = sites->value_rows(own);
+  value_rows_ = dofs->interpolation(own);
 }
 
 void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case) {

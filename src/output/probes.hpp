@@ -9,19 +9,19 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/dofs.hpp"
 #include "output/files.hpp"
 
 namespace calor {
 
 class Probes {
  public:
-  /// Probes of [probe]. Refuses a probe outside the body. `sites`: whose unknowns give the temperatures; without them
+  /// Probes of [probe]. Refuses a probe outside the body. `dofs`: what gives the temperatures; without them
   /// these are fields like any other. Collective.
-  Probes(const Case& c, const Cloud& cloud, const FluxSites* sites = nullptr);
+  Probes(const Case& c, const Cloud& cloud, const Dofs* dofs = nullptr);
   /// At given places (m), for other users. Collective.
   Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places,
-         const FluxSites* sites = nullptr);
+         const Dofs* dofs = nullptr);
 
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<Vec3>& places() const { return places_; }
@@ -33,7 +33,7 @@ class Probes {
   std::vector<double> temperatures(std::span<const double> T) const;
 
  private:
-  void ask(const FluxSites* sites);
+  void ask(const Dofs* dofs);
   void add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case);
 
   std::vector<std::string> names_;

@@ -77,7 +77,7 @@ double crossing(std::span<const double> T, std::size_t k, double level) {
 }  // namespace
 
 Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-               const SourceLocation& in_case, const FluxSites* sites)
+               const SourceLocation& in_case, const Dofs* dofs)
     : name_(name),
       isotherm_(isotherm),
       step_(norm(to - from) / static_cast<double>(samples_on(cloud, from, to) - 1)),
@@ -85,7 +85,7 @@ Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, co
         const std::size_t count = samples_on(cloud, from, to);
         try {
           return Probes(cloud, std::vector<std::string>(count, "on the line of " + name), line_places(from, to, count),
-                        sites);
+                        dofs);
         } catch (const Error& e) {
           throw Error(e.fault(), in_case, e.problem(), e.cure());
         }
@@ -104,7 +104,7 @@ Extent::Part Extent::of(const std::vector<double>& T) const {
           .end = step_ * (end + 1 == T.size() ? static_cast<double>(end) : crossing(T, end, isotherm_))};
 }
 
-std::unique_ptr<WeldResults> WeldResults::make(const Case& c, const HeatSystem& system, const Probes& probes,
+std::unique_ptr<WeldResults> WeldResults::make(const Case& c, HeatSystem& system, const Probes& probes,
                                                const State& start, const std::vector<double>& start_E) {
   if (!c.root().has("weld")) return nullptr;
   if (!c.root().has("time"))
@@ -112,7 +112,7 @@ std::unique_ptr<WeldResults> WeldResults::make(const Case& c, const HeatSystem& 
   return std::unique_ptr<WeldResults>(new WeldResults(c, system, probes, start, start_E));
 }
 
-WeldResults::WeldResults(const Case& c, const HeatSystem& system, const Probes& probes, const State& start,
+WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
                          const std::vector<double>& start_E)
     : system_(system),
       probes_(probes),
@@ -130,7 +130,7 @@ WeldResults::WeldResults(const Case& c, const HeatSystem& system, const Probes& 
     const Vec3 from = end_of(table, "from", cloud), to = end_of(table, "to", cloud);
     if (from == to) table.refuse("to", "the line ends where it begins", "give two places");
     extents_.emplace_back(name, cloud, from, to, (table.has("isotherm") ? table : weld).number("isotherm"),
-                          table.location(), &system.sites());
+                          table.location(), &system.dofs());
     header_ += fmt::format(",{0} [m],{0} from [m],{0} to [m]", name);
   }
   largest_.resize(extents_.size());
@@ -138,7 +138,7 @@ WeldResults::WeldResults(const Case& c, const HeatSystem& system, const Probes& 
   std::vector<double> T(start.T), C(cloud.owned);
   system.capacity(T, C);
   capacity_ = sum(cloud.comm, C);
-  start_mean_ = dot(cloud.comm, system.values(T), C) / capacity_;
+  start_mean_ = dot(cloud.comm, system.temperatures(T), C) / capacity_;
 }
 
 void WeldResults::open(const std::string& folder) {
@@ -156,7 +156,7 @@ void WeldResults::observe(const State& state, std::span<const double> T) {
 double WeldResults::average(const State& state, std::span<const double> T) const {
   const Cloud& cloud = system_.cloud();
   // The heat of subdomains that overlap is not that of the body.
-  if (system_.material().capacity_depends_on_T() || system_.sites().subdomains()) {
+  if (system_.material().capacity_depends_on_T() || system_.subdomains_overlap()) {
     const auto V = std::span(cloud.volume).first(cloud.owned);
     return dot(cloud.comm, T, V) / sum(cloud.comm, V);
   }

@@ -21,7 +21,7 @@ class Extent {
  public:
   /// Refuses lines outside the body. Collective.
   Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
-         const SourceLocation& in_case, const FluxSites* sites = nullptr);
+         const SourceLocation& in_case, const Dofs* dofs = nullptr);
 
   struct Part {
     double begin = 0, end = 0;  ///< distances from `from`, m; equal where nothing is hotter
@@ -44,7 +44,7 @@ class WeldResults {
  public:
   /// By [weld]; nothing where the case has none. `start_E`: enthalpies before walls were imposed, J. Collective; throws
   /// Error.
-  static std::unique_ptr<WeldResults> make(const Case& c, const HeatSystem& system, const Probes& probes,
+  static std::unique_ptr<WeldResults> make(const Case& c, HeatSystem& system, const Probes& probes,
                                            const State& start, const std::vector<double>& start_E);
   /// From now on writes weld.csv and, in the end, cooling.csv; an empty folder writes nothing. Collective; throws
   /// Error.
@@ -68,10 +68,10 @@ class WeldResults {
   bool has_cooling() const { return has_cooling_; }
 
  private:
-  WeldResults(const Case& c, const HeatSystem& system, const Probes& probes, const State& start,
+  WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
               const std::vector<double>& start_E);
 
-  const HeatSystem& system_;
+  HeatSystem& system_;
   const Probes& probes_;
   std::string folder_, header_;
   bool has_cooling_;

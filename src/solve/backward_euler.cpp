@@ -11,7 +11,7 @@ class BackwardEuler final : public ImplicitStepper {
   std::string name() const override { return "backward-euler"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
              const AfterStep& after_step) override {
     prepare(system, state);
     const EqualSteps steps(state.t, interval.end(), *options_.step);

@@ -13,7 +13,7 @@ class CrankNicolson final : public ImplicitStepper {
   std::string name() const override { return "crank-nicolson"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     prepare(system, state);
     if (fresh) damped_steps_left_ = 2;
@@ -38,7 +38,7 @@ class CrankNicolson final : public ImplicitStepper {
     return true;
   }
 
-  void damped_step(const HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
+  void damped_step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
     T_ = state.T;
     if (!solve_stage(system, interval.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate1_))
       fail(state.t, dt);

@@ -13,7 +13,7 @@ class Euler final : public Stepper {
   std::string name() const override { return "euler"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
              const AfterStep& after_step) override {
     F_.resize(state.E.size());
     power_.resize(state.exchanged.size());
@@ -36,7 +36,7 @@ class Euler final : public Stepper {
     return true;
   }
 
-  bool step(const HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new,
+  bool step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new,
             const AfterStep& after_step) {
     system.rate(interval.data_time(state.t), state.T, F_, power_);
     ++counts.rate_evaluations;

@@ -1,287 +1,211 @@
 #include "solve/heat_system.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include <fmt/format.h>
-
 #include "base/parallel.hpp"
-#include "solve/heat_system_parts.hpp"
+#include "solve/exchange_terms.hpp"
 
 namespace calor {
+namespace {
 
-HeatSystem::Parts::Parts(const Cloud& cloud, std::unique_ptr<FluxSites> sites_, SystemMaterial material_,
-                         Conditions conditions_, std::vector<std::unique_ptr<Source>> sources_)
-    : cloud(cloud),
-      sites(std::move(sites_)),
-      fields(std::move(material_)),
-      material(fields.points),
-      conditions(std::move(conditions_)),
-      sources(std::move(sources_)),
-      accounts(conditions.accounts),
-      role(cloud.local(), Role::free) {
-  for (const auto& source : sources) accounts.push_back(source->name);
-  const QuadraturePoints* between = sites->conduction_quadrature();
-  k_.resize(between ? between->x.size() : cloud.x.size());
-  if (const SparseRows* phi = sites->point_values()) point_values = std::make_unique<NodalValues>(cloud, *phi);
-  is_nodal = !point_values, points_hold_heat = !sites->capacity_quadrature();
-
-  std::vector<double> is_prescribed(cloud.local());  // a double, as the halo carries doubles
-  if (const PenaltyWalls* by_penalty = sites->penalty_walls())
-    penalty = std::make_unique<PenaltyHeat>(*by_penalty, *sites->point_values(), conditions.temperatures, material);
-  else
-    for (const PrescribedTerm& term : conditions.temperatures)
-      for (int i : term.point) is_prescribed[i] = 1;
-  for (int i = 0; i < cloud.owned; ++i)
-    if (is_prescribed[i] != 0) prescribed.push_back(i);
-  for (const PrescribedTerm& term : conditions.temperatures) {
-    prescribed_is_constant = prescribed_is_constant && !term.temperature.depends_on_time();
-    std::vector<int>& at = place.emplace_back();
-    for (int i : term.point)
-      at.push_back(static_cast<int>(std::ranges::lower_bound(prescribed, i) - prescribed.begin()));
-  }
-  held_E.resize(prescribed.size());
-  cloud.halo.update(is_prescribed);
-
-  std::vector<double> is_wall(cloud.local());
-  if (const WallRows* rows = sites->wall_rows()) {
-    std::vector<char> active(rows->point.size());
-    for (std::size_t n = 0; n < active.size(); ++n) active[n] = is_prescribed[rows->point[n]] == 0;
-    for (std::size_t n = 0; n < active.size(); ++n) is_wall[rows->point[n]] = active[n];
-    if (any(cloud.comm, std::ranges::count(active, 1) > 0))
-      walls = std::make_unique<AlgebraicWalls>(cloud, *rows, conditions.fluxes, std::move(active));
-  }
-  cloud.halo.update(is_wall);
-  if (const WallBonds* bonds = sites->wall_bonds())
-    images = std::make_unique<ImageHeat>(*bonds, conditions.temperatures, material);
-  for (int i = 0; i < cloud.local(); ++i)
-    role[i] = is_prescribed[i] != 0 ? Role::prescribed : is_wall[i] != 0 ? Role::wall : Role::free;
+std::vector<Coefficients> coefficients(const std::vector<MaterialField>& materials, const Discretisation& d) {
+  std::vector<Coefficients> all{Coefficients(materials.front())};
+  for (std::size_t n = 0; n < d.locations.size(); ++n) all.emplace_back(materials[n + 1], &d.locations[n]->phi);
+  return all;
 }
 
-std::span<const double> HeatSystem::Parts::values(std::span<const double> T) {
-  if (!point_values) return T.first(cloud.owned);
-  T_values_.resize(cloud.owned);
-  point_values->phi().apply(T, T_values_);
-  return T_values_;
-}
+}  // namespace
 
-void HeatSystem::Parts::hold(std::span<const double> T, std::span<double> E, std::span<double> C) {
-  const CellQuadrature* places = sites->capacity_quadrature();
-  if (!places) {
-    material.enthalpy(values(T), E, C);
-    for (std::span<double> held : {E, C})
-      for (std::size_t i = 0; i < held.size(); ++i) held[i] = role[i] == Role::wall ? 0 : cloud.volume[i] * held[i];
-    return;
-  }
-  T_capacity_.resize(places->x.size()), H_capacity_.resize(places->x.size());
-  places->phi.apply(T, T_capacity_);
-  const auto add_up = [&](std::span<double> held) {
-    for (int i = 0; i < cloud.owned; ++i) {
-      held[i] = 0;
-      for (std::int64_t q = places->cell[i]; q < places->cell[i + 1]; ++q)
-        held[i] += places->volume[q] * H_capacity_[q];
-    }
-  };
-  if (!E.empty()) fields.capacity->enthalpy(T_capacity_, H_capacity_, {}), add_up(E);
-  if (!C.empty()) fields.capacity->enthalpy(T_capacity_, {}, H_capacity_), add_up(C);
-}
-
-Conductivity HeatSystem::Parts::conductivity(double t, std::span<const double> T, For purpose) {
-  const bool depends_on_T = material.conductivity_depends_on_T();
-  if (const QuadraturePoints* places = sites->conduction_quadrature()) {
-    T_conduction_.resize(k_.size());
-    places->phi.apply(T, T_conduction_);
-    const bool with_derivative = purpose == For::jacobian && depends_on_T;
-    dk_dT_.resize(with_derivative ? k_.size() : 0);
-    if (!k_is_known_) fields.conduction->conductivity(t, T_conduction_, k_, dk_dT_);
-    k_is_known_ = !depends_on_T && !material.conductivity_depends_on_time();
-    return {.mean = Mean::arithmetic, .k = k_, .dk_dT = dk_dT_, .theta = {}};
-  }
-  const bool by_theta = material.mean() == Mean::integral;
-  if (by_theta && purpose == For::rate) {
-    theta_.resize(k_.size());
-    material.theta(T, theta_);
-    return {.mean = Mean::integral, .k = {}, .dk_dT = {}, .theta = theta_};
-  }
-  // With the integral mean dF/dT has no term in dk/dT, but algebraic wall rows have one.
-  const bool with_derivative = purpose == For::jacobian && depends_on_T && (!by_theta || walls);
-  if (with_derivative) dk_dT_.resize(k_.size());
-  const std::span<double> dk_dT = with_derivative ? std::span<double>(dk_dT_) : std::span<double>();
-  if (!k_is_known_) material.conductivity(t, T, k_, dk_dT);
-  k_is_known_ = !depends_on_T && !material.conductivity_depends_on_time();
-  return {.mean = material.mean(), .k = k_, .dk_dT = dk_dT, .theta = {}};
-}
-
-void HeatSystem::Parts::add_rate(double t, std::span<const double> T, std::span<double> F, std::span<double> power) {
-  const Conductivity k = conductivity(t, T, For::rate);
-  sites->add_rate(k, T, F);
-  if (images) images->add_rate(t, k, T, F, power);
-  if (penalty) penalty->add_rate(t, T, values(T), F, power);
-  for_each_surface_term(t, T, false, [&](std::size_t, const SurfaceTerm& term, std::span<const double> q) {
-    double total = 0;
-    for (std::size_t p = 0; p < q.size(); ++p) {
-      const double heat = q[p] * term.area[p];
-      F[term.point[p]] += heat;
-      total += heat;
-    }
-    power[term.account] += total;
-  });
-  for (std::size_t s = 0; s < sources.size(); ++s) {
-    source_power_.assign(cloud.owned, 0);
-    sources[s]->add_power(t, values(T), source_power_);
-    double total = 0;
-    for (int i = 0; i < cloud.owned; ++i) {
-      F[i] += source_power_[i];
-      total += source_power_[i];
-    }
-    power[conditions.accounts.size() + s] += total;
-  }
-}
-
-void HeatSystem::Parts::add_exchange_derivative(double t, std::span<const double> T, std::span<double> diagonal) {
-  for_each_surface_term(t, T, true, [&](std::size_t, const SurfaceTerm& term, std::span<const double> dq_dT) {
-    for (std::size_t p = 0; p < dq_dT.size(); ++p) diagonal[term.point[p]] += dq_dT[p] * term.area[p];
-  });
-  for (const auto& source : sources)
-    if (source->depends_on_temperature()) source->add_derivative(t, values(T), diagonal);
-}
-
-HeatSystem::HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, SystemMaterial material,
+HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::vector<MaterialField> materials,
                        Conditions conditions, std::vector<std::unique_ptr<Source>> sources)
-    : parts_(std::make_unique<Parts>(cloud, std::move(sites), std::move(material), std::move(conditions),
-                                     std::move(sources))) {}
+    : cloud_(cloud),
+      materials_(std::move(materials)),
+      conditions_(std::move(conditions)),
+      sources_(std::move(sources)),
+      discretisation_(std::move(discretisation)),
+      at_(*discretisation_.dofs, coefficients(materials_, discretisation_)),
+      accounts_(conditions_.accounts),
+      role_(cloud.owned, Role::free) {
+  for (const SurfaceTerm& term : conditions_.fluxes) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
+  for (const auto& source : sources_) {
+    exchange_.push_back(std::make_unique<SourceTerm>(*source, static_cast<int>(accounts_.size())));
+    accounts_.push_back(source->name);
+  }
+  terms_.push_back(discretisation_.conduction.get());
+  for (const auto& term : discretisation_.walls) terms_.push_back(term.get());
+  for (const auto& term : exchange_) terms_.push_back(term.get());
 
-HeatSystem::~HeatSystem() = default;
-
-const Cloud& HeatSystem::cloud() const { return parts_->cloud; }
-const FluxSites& HeatSystem::sites() const { return *parts_->sites; }
-const MaterialField& HeatSystem::material() const { return parts_->material; }
-const std::vector<std::string>& HeatSystem::accounts() const { return parts_->accounts; }
-int HeatSystem::boundary_accounts() const { return static_cast<int>(parts_->conditions.accounts.size()); }
-std::span<const int> HeatSystem::prescribed() const { return parts_->prescribed; }
-bool HeatSystem::has_algebraic_walls() const { return parts_->walls != nullptr; }
-bool HeatSystem::is_nodal() const { return parts_->is_nodal; }
-bool HeatSystem::points_hold_heat() const { return parts_->points_hold_heat; }
-
-std::span<const double> HeatSystem::values(std::span<double> T) const {
-  if (parts_->point_values) parts_->cloud.halo.update(T);
-  return parts_->values(T);
+  std::vector<double> is_known(cloud.local());  // doubles, as the halo carries them
+  for (const auto& constraint : discretisation_.constraints) {
+    has_massless_points_ = has_massless_points_ || constraint->is_massless();
+    for (const int i : constraint->points()) {
+      role_[i] = constraint->is_massless() ? Role::massless : Role::prescribed;
+      if (!constraint->is_massless()) prescribed_.push_back(i);
+      if (constraint->fixes_dofs()) is_known[i] = 1;
+    }
+  }
+  cloud.halo.update(is_known);
+  is_known_.assign(is_known.begin(), is_known.end());
 }
 
-State HeatSystem::start(double t, std::span<const double> T_owned) const {
-  const Cloud& cloud = parts_->cloud;
-  State state{.t = t, .E = std::vector<double>(cloud.owned), .T = {}, .exchanged = {}};
-  state.T.assign(T_owned.begin(), T_owned.end());
-  state.T.resize(cloud.local());
-  if (parts_->point_values) parts_->point_values->unknowns(T_owned, state.T);
-  state.exchanged.resize(parts_->accounts.size());
-  cloud.halo.update(state.T);
+int HeatSystem::boundary_accounts() const { return static_cast<int>(conditions_.accounts.size()); }
+
+State HeatSystem::start(double t, std::span<const double> T_owned) {
+  State state{.t = t, .E = std::vector<double>(cloud_.owned), .T = {}, .exchanged = {}};
+  state.T.resize(cloud_.local());
+  discretisation_.dofs->solve(T_owned, state.T);
+  state.exchanged.resize(accounts_.size());
+  cloud_.halo.update(state.T);
   energy(state.T, state.E);
   return state;
 }
 
-void HeatSystem::rate(double t, std::span<double> T, std::span<double> F, std::span<double> power) const {
-  parts_->cloud.halo.update(T);
+std::vector<double> HeatSystem::temperatures(std::span<double> u) const {
+  if (!discretisation_.dofs->are_temperatures()) cloud_.halo.update(u);
+  std::vector<double> T(cloud_.owned);
+  discretisation_.dofs->temperatures(u, T);
+  return T;
+}
+
+void HeatSystem::add_rate(Evaluation& at, std::span<double> F, std::span<double> power) {
+  for (HeatTerm* term : terms_) term->add_rate(at, F, power);
+  if (!has_massless_points_) return;
+  for (int i = 0; i < cloud_.owned; ++i)
+    if (role_[i] == Role::massless) F[i] = 0;
+}
+
+void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::span<double> power) {
+  cloud_.halo.update(u);
   std::ranges::fill(F, 0);
   std::ranges::fill(power, 0);
-  for (const auto& source : parts_->sources) source->prepare(t);
-  collective_try(parts_->cloud.comm, [&] { parts_->add_rate(t, T, F, power); });
-  if (!parts_->walls) return;
-  for (int i = 0; i < parts_->cloud.owned; ++i)
-    if (parts_->role[i] == Role::wall) F[i] = 0;
+  for (HeatTerm* term : terms_) term->prepare(t);
+  at_.begin(t, u);
+  collective_try(cloud_.comm, [&] { add_rate(at_, F, power); });
 }
 
-void HeatSystem::energy(std::span<const double> T, std::span<double> E) const {
-  collective_try(parts_->cloud.comm, [&] { parts_->hold(T, E, {}); });
+void HeatSystem::energy(std::span<const double> u, std::span<double> E) {
+  at_.begin(0, u);
+  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, E, {}); });
 }
 
-void HeatSystem::capacity(std::span<const double> T, std::span<double> C) const {
-  collective_try(parts_->cloud.comm, [&] { parts_->hold(T, {}, C); });
+void HeatSystem::capacity(std::span<const double> u, std::span<double> C) {
+  at_.begin(0, u);
+  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, {}, C); });
 }
 
-void HeatSystem::Parts::temperatures(std::span<const double> E, std::span<double> T) {
-  std::vector<double>& H = scratch;
-  H.resize(cloud.owned);
-  for (int i = 0; i < cloud.owned; ++i) H[i] = E[i] / cloud.volume[i];
+void HeatSystem::find_temperatures(std::span<const double> E, std::span<double> T) const {
   // Prescribed points keep their temperature: before the wall's reaction is booked, what F alone would make of them can
-  // lie far outside the material's range. So do algebraic wall points, which hold no heat.
-  kept_T.clear();
-  for (int i = 0; i < cloud.owned; ++i) {
-    if (role[i] == Role::free) continue;
-    kept_T.push_back(T[i]);
-    H[i] = 0;
+  // lie far outside the material's range. So do points that hold no heat.
+  std::vector<double> H(cloud_.owned), kept;
+  for (int i = 0; i < cloud_.owned; ++i) {
+    H[i] = role_[i] == Role::free ? E[i] / cloud_.volume[i] : 0;
+    if (role_[i] != Role::free) kept.push_back(T[i]);
   }
-  collective_try(cloud.comm, [&] { material.temperature(H, T); });
-  auto value = kept_T.begin();
-  for (int i = 0; i < cloud.owned; ++i)
-    if (role[i] != Role::free) T[i] = *value++;
+  collective_try(cloud_.comm, [&] { material().temperature(H, T); });
+  auto value = kept.begin();
+  for (int i = 0; i < cloud_.owned; ++i)
+    if (role_[i] != Role::free) T[i] = *value++;
 }
 
-void HeatSystem::temperature(std::span<const double> E, std::span<double> T) const {
-  if (is_nodal()) {
-    parts_->temperatures(E, T);
-    return;
-  }
-  const std::span<const double> guess = values(T);
-  std::vector<double>& change = parts_->T_points;
-  change.assign(guess.begin(), guess.end());
-  parts_->temperatures(E, change);
+void HeatSystem::temperature(std::span<const double> E, std::span<double> u) {
+  if (discretisation_.dofs->are_temperatures()) return find_temperatures(E, u);
+  const std::vector<double> guess = temperatures(u);
+  std::vector<double> change = guess;
+  find_temperatures(E, change);
   for (std::size_t i = 0; i < change.size(); ++i) change[i] -= guess[i];
-  parts_->point_values->add(change, T);
+  discretisation_.dofs->add(change, u);
 }
 
-void HeatSystem::step_in_enthalpy(std::span<double> T, std::span<double> dT) const {
-  Parts& parts = *parts_;
-  const std::size_t n = dT.size();
-  parts.cloud.halo.update(T);
-  std::vector<double> E(n), C(n), step(T.size());
-  energy(T, E);
-  capacity(T, C);
-  std::ranges::copy(dT, step.begin());
-  const std::span<const double> dT_points = values(step);
-  std::vector<double> change(dT_points.begin(), dT_points.end());
-  const std::span<const double> T_points = parts.values(T);
-  std::vector<double> T_new(T_points.begin(), T_points.end());
-  for (std::size_t i = 0; i < n; ++i) E[i] += C[i] * change[i];
-  parts.temperatures(E, T_new);
+void HeatSystem::temperature_after_stage(std::span<const double> E, std::span<double> u) {
+  if (discretisation_.dofs->are_temperatures()) temperature(E, u);
+}
+
+void HeatSystem::correct_by_enthalpy(std::span<double> u, std::span<double> du) {
+  const std::size_t n = du.size();
+  cloud_.halo.update(u);
+  std::vector<double> E(n), C(n), step(u.size());
+  energy(u, E);
+  capacity(u, C);
+  std::ranges::copy(du, step.begin());
+  const std::vector<double> T = temperatures(u);
+  std::vector<double> dT = temperatures(step);
+  for (std::size_t i = 0; i < n; ++i) E[i] += C[i] * dT[i];
+  std::vector<double> T_new = T;
+  find_temperatures(E, T_new);
   // Where both agree the step stays as it is: the way back from the enthalpy has fewer digits.
   for (std::size_t i = 0; i < n; ++i) {
-    const double excess = T_new[i] - (T_points[i] + change[i]);
-    const bool differs = parts.role[i] == Role::free && std::abs(excess) > 1e-12 * std::abs(T_points[i]);
-    change[i] = differs ? excess : 0;
+    const double excess = T_new[i] - (T[i] + dT[i]);
+    const bool differs = role_[i] == Role::free && std::abs(excess) > 1e-12 * std::abs(T[i]);
+    dT[i] = differs ? excess : 0;
   }
-  if (parts.point_values)
-    parts.point_values->add(change, dT);
-  else
-    for (std::size_t i = 0; i < n; ++i) dT[i] += change[i];
+  discretisation_.dofs->add(dT, du);
 }
 
-void HeatSystem::residual(double t, std::span<double> T, std::span<double> R) const {
-  std::vector<double> power(parts_->accounts.size());
-  rate(t, T, R, power);
-  collective_try(parts_->cloud.comm, [&] {
-    parts_->constrain(t, T, R);
-    if (parts_->walls) parts_->add_wall_residual(t, T, R);
+void HeatSystem::impose(double t, std::span<double> u, std::span<double> E, std::span<double> exchanged) {
+  for (const auto& constraint : discretisation_.constraints) constraint->impose(at_, t, u, E, exchanged);
+}
+
+void HeatSystem::set_known(double t, std::span<double> u) {
+  collective_try(cloud_.comm, [&] {
+    for (const auto& constraint : discretisation_.constraints) constraint->set_known(t, u);
   });
 }
 
-void HeatSystem::heat_flux(double t, std::span<double> T, std::span<Vec3> q) const {
-  parts_->cloud.halo.update(T);
-  std::ranges::fill(q, Vec3{});
-  collective_try(parts_->cloud.comm,
-                 [&] { parts_->sites->heat_flux(parts_->conductivity(t, T, Parts::For::rate), T, q); });
+double HeatSystem::largest_free(std::span<const double> values) const {
+  double largest = 0;
+  for (int i = 0; i < cloud_.owned; ++i) {
+    if (role_[i] != Role::free) continue;
+    const double size = std::abs(values[i]);
+    if (!(size <= largest)) largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : size;
+  }
+  return max(cloud_.comm, largest);
 }
 
-std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) const {
-  const Cloud& cloud = parts_->cloud;
+void HeatSystem::residual(double t, std::span<double> u, double rate_factor, std::span<const double> known,
+                          std::span<double> R) {
+  std::vector<double> F(cloud_.owned), power(accounts_.size());
+  rate(t, u, F, power);
+  collective_try(cloud_.comm, [&] {
+    if (known.empty())
+      std::ranges::fill(R, 0);
+    else
+      discretisation_.capacity->evaluate(at_, R, {});
+    for (int i = 0; i < cloud_.owned; ++i) R[i] -= rate_factor * F[i] + (known.empty() ? 0 : known[i]);
+    for (const auto& constraint : discretisation_.constraints) {
+      constraint->residual(at_, R);
+      for (const int i : constraint->points()) R[i] = -R[i];
+    }
+  });
+}
+
+void HeatSystem::residual_scale(double t, std::span<double> u, std::span<double> scale) {
+  cloud_.halo.update(u);
+  at_.begin(t, u);
+  collective_try(cloud_.comm, [&] {
+    discretisation_.capacity->evaluate(at_, {}, scale);
+    for (const auto& constraint : discretisation_.constraints) constraint->scale(at_, scale);
+  });
+}
+
+void HeatSystem::heat_flux(double t, std::span<double> u, std::span<Vec3> q) {
+  cloud_.halo.update(u);
+  std::ranges::fill(q, Vec3{});
+  at_.begin(t, u);
+  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(at_, q); });
+}
+
+std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) {
   std::vector<SourcePower> powers;
-  for (const auto& source : parts_->sources) {
+  for (const auto& source : sources_) {
     source->prepare(t);
-    std::vector<double> P(cloud.owned);
-    collective_try(cloud.comm, [&] { source->add_power(t, T.first(cloud.owned), P); });
-    const double deposited = sum(cloud.comm, P);
+    std::vector<double> P(cloud_.owned);
+    collective_try(cloud_.comm, [&] { source->add_power(t, T.first(cloud_.owned), P); });
+    const double deposited = sum(cloud_.comm, P);
     powers.push_back({source->asked(t).value_or(deposited), deposited});
   }
   return powers;
@@ -289,7 +213,7 @@ std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::sp
 
 std::optional<double> HeatSystem::energy_asked(double t) const {
   double energy = 0;
-  for (const auto& source : parts_->sources) {
+  for (const auto& source : sources_) {
     const auto asked = source->energy_asked(t);
     if (!asked) return std::nullopt;
     energy += *asked;
@@ -299,55 +223,54 @@ std::optional<double> HeatSystem::energy_asked(double t) const {
 
 double HeatSystem::longest_step(double begin, double end) const {
   double longest = std::numeric_limits<double>::infinity();
-  for (const auto& source : parts_->sources) longest = std::min(longest, source->longest_step(begin, end));
+  for (const auto& source : sources_) longest = std::min(longest, source->longest_step(begin, end));
   return longest;
 }
 
 std::vector<double> HeatSystem::events() const {
   std::vector<double> all;
   const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
-  for (const SurfaceTerm& term : parts_->conditions.fluxes) add(term.flux->events());
-  for (const PrescribedTerm& term : parts_->conditions.temperatures) add(term.temperature.events());
-  for (const auto& source : parts_->sources) add(source->events());
-  add(parts_->sites->events());
+  for (const HeatTerm* term : terms_) add(term->events());
+  for (const PrescribedTerm& term : conditions_.temperatures) add(term.temperature.events());
   std::ranges::sort(all);
   all.erase(std::ranges::unique(all).begin(), all.end());
   return all;
 }
 
-void HeatSystem::change_sites(double t) { parts_->sites->change(t); }
-
-bool HeatSystem::level_is_fixed() const {
-  bool fixed = !parts_->prescribed.empty() || parts_->images || parts_->penalty;
-  for (const SurfaceTerm& term : parts_->conditions.fluxes)
-    fixed = fixed || (term.flux->depends_on_temperature() && !term.point.empty());
-  return any(parts_->cloud.comm, fixed);
+void HeatSystem::apply(double t) {
+  for (HeatTerm* term : terms_) term->apply(t);
 }
 
-double HeatSystem::temperature_span(double t, std::span<const double> T) const {
+bool HeatSystem::level_is_fixed() const {
+  bool fixed = std::ranges::any_of(terms_, [](const HeatTerm* term) { return term->traits().fixes_level; });
+  for (const auto& constraint : discretisation_.constraints) fixed = fixed || constraint->traits().fixes_level;
+  return any(cloud_.comm, fixed);
+}
+
+double HeatSystem::temperature_span(double t, std::span<const double> u) {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   const auto see = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
-  std::ranges::for_each(parts_->values(T), see);
-  collective_try(parts_->cloud.comm, [&] {
-    for (const PrescribedTerm& term : parts_->conditions.temperatures) {
+  at_.begin(t, u);
+  std::ranges::for_each(at_.T(), see);
+  collective_try(cloud_.comm, [&] {
+    for (const PrescribedTerm& term : conditions_.temperatures) {
       std::vector<double> wall(term.x.size());
       term.temperature.evaluate({.x = term.x, .t = t}, wall);
       std::ranges::for_each(wall, see);
     }
-    for (const SurfaceTerm& term : parts_->conditions.fluxes) std::ranges::for_each(term.flux->ambient(term.x, t), see);
+    for (const SurfaceTerm& term : conditions_.fluxes) std::ranges::for_each(term.flux->ambient(term.x, t), see);
   });
-  return max(parts_->cloud.comm, high) - min(parts_->cloud.comm, low);
+  return max(cloud_.comm, high) - min(cloud_.comm, low);
 }
 
-void HeatSystem::require_finite(double t, std::span<const double> T) const {
-  const Cloud& cloud = parts_->cloud;
-  collective_try(cloud.comm, [&] {
-    for (int i = 0; i < cloud.owned; ++i) {
-      if (std::isfinite(T[i])) continue;
-      const Vec3& x = cloud.x[i];
+void HeatSystem::require_finite(double t, std::span<const double> u) const {
+  collective_try(cloud_.comm, [&] {
+    for (int i = 0; i < cloud_.owned; ++i) {
+      if (std::isfinite(u[i])) continue;
+      const Vec3& x = cloud_.x[i];
       throw Error(Fault::numbers,
                   fmt::format("the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {} at t = {:.6g} s",
-                              cloud.id[i], x.x, x.y, x.z, T[i], t),
+                              cloud_.id[i], x.x, x.y, x.z, u[i], t),
                   "take a smaller [time] step, or an integrator that chooses it");
     }
   });

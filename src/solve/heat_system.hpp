@@ -1,6 +1,6 @@
 #pragma once
-// The semi-discrete heat equation dE/dt = F(t, T): residual, Jacobian, capacity, enthalpy. It knows no time stepping,
-// and no method beyond its flux sites.
+// The semi-discrete heat equation dE/dt = F(t, u): a list of heat terms and constraints, a capacity and degrees of
+// freedom. Residual, Jacobian, capacity, enthalpy; it knows no time stepping, and asks no term what it is.
 #include <petscmat.h>
 
 #include <memory>
@@ -11,7 +11,7 @@
 
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/discretisation.hpp"
 #include "material/material_field.hpp"
 #include "source/source.hpp"
 
@@ -21,90 +21,100 @@ namespace calor {
 struct State {
   double t = 0;
   std::vector<double> E;          ///< enthalpy of the owned points above the reference temperature, J
-  std::vector<double> T;          ///< unknowns of the local points (ghosts may be stale), K: see HeatSystem::values
+  std::vector<double> T;          ///< degrees of freedom of the local points (ghosts may be stale), K
   std::vector<double> exchanged;  ///< heat that came in by each account since the start, J; this rank's share
 };
 
-/// The material where the equation wants it.
-struct SystemMaterial {
-  MaterialField points;                     ///< at all local points
-  std::optional<MaterialField> conduction;  ///< at the sites' conduction places, if they have any
-  std::optional<MaterialField> capacity;    ///< at their capacity places
-};
-
-/// The unknowns T are the temperatures of the points, or whatever the sites make of them (parameters of moving least
-/// squares): `values` turns them into temperatures.
+/// Functions that evaluate terms reuse their buffers: they are not const, and one system serves one run at a time.
 class HeatSystem {
  public:
-  HeatSystem(const Cloud& cloud, std::unique_ptr<FluxSites> sites, SystemMaterial material, Conditions conditions,
-             std::vector<std::unique_ptr<Source>> sources);
-  ~HeatSystem();
+  /// `materials`: at all local points, then at the locations of the discretisation. The cloud must outlive this.
+  /// Collective.
+  HeatSystem(const Cloud& cloud, Discretisation discretisation, std::vector<MaterialField> materials,
+             Conditions conditions, std::vector<std::unique_ptr<Source>> sources);
+  HeatSystem(const HeatSystem&) = delete;
+  HeatSystem& operator=(const HeatSystem&) = delete;
 
-  const Cloud& cloud() const;
-  const FluxSites& sites() const;
-  const MaterialField& material() const;  ///< at all local points
+  const Cloud& cloud() const { return cloud_; }
+  const MaterialField& material() const { return materials_.front(); }  ///< at all local points
+  const Discretisation& discretisation() const { return discretisation_; }
+  const Dofs& dofs() const { return *discretisation_.dofs; }
+  /// Does every point hold the heat of its cell at its own temperature? Explicit integrators need that.
+  bool capacity_is_lumped() const { return discretisation_.capacity->is_lumped(); }
+  /// Do the subdomains of the points overlap, so that their heats do not add up to that of the body?
+  bool subdomains_overlap() const { return discretisation_.subdomains != nullptr; }
   /// Names of what heat comes in by: boundaries, then sources.
-  const std::vector<std::string>& accounts() const;
+  const std::vector<std::string>& accounts() const { return accounts_; }
   int boundary_accounts() const;  ///< how many of the accounts are boundaries; the rest are sources
 
   /// State at time t from temperatures of the owned points; walls are not yet imposed. Collective.
-  State start(double t, std::span<const double> T_owned) const;
-  /// Temperatures of the owned points from the unknowns, K. Valid until the next call. Collective.
-  std::span<const double> values(std::span<double> T) const;
-  bool is_nodal() const;  ///< are the unknowns the temperatures of the points?
-  /// Does every point hold the heat of its cell at its own temperature? Explicit integrators need that.
-  bool points_hold_heat() const;
+  State start(double t, std::span<const double> T_owned);
+  /// Temperatures of the owned points from the degrees of freedom, whose ghosts it updates, K. Collective.
+  std::vector<double> temperatures(std::span<double> u) const;
 
   /// F_i = net heat into every owned point by conduction, wall fluxes and sources, W (prescribed points too: without
-  /// their reaction; 0 at algebraic wall points); power[a] = this rank's share by account a, W, without reactions.
-  /// Updates the ghosts of T. Collective; throws Error on all ranks alike.
-  void rate(double t, std::span<double> T, std::span<double> F, std::span<double> power) const;
+  /// their reaction; 0 at points that hold no heat); power[a] = this rank's share by account a, W, without reactions.
+  /// Updates the ghosts of u. Collective; throws Error on all ranks alike.
+  void rate(double t, std::span<double> u, std::span<double> F, std::span<double> power);
 
-  // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of T up to date.
-  void energy(std::span<const double> T, std::span<double> E) const;
-  void capacity(std::span<const double> T, std::span<double> C) const;
-  /// Inverse of energy where points hold their heat; T holds a guess, its ghosts may be stale. Collective.
-  void temperature(std::span<const double> E, std::span<double> T) const;
-  /// Bends a step dT of the owned unknowns from T to one in the enthalpies: dE = C d(values), and the new temperatures
-  /// follow from E. Only where points hold heat. Updates the ghosts of T. Collective.
-  void step_in_enthalpy(std::span<double> T, std::span<double> dT) const;
+  // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of u up to date. Collective.
+  void energy(std::span<const double> u, std::span<double> E);
+  void capacity(std::span<const double> u, std::span<double> C);
+  /// Inverse of energy where the capacity is lumped; u holds a guess, its ghosts may be stale. Points whose temperature
+  /// does not follow from their heat keep it. Collective.
+  void temperature(std::span<const double> E, std::span<double> u);
+  /// Makes u agree with E to round-off after a stage that met its balances to a tolerance; nothing to do where the
+  /// degrees of freedom are no temperatures. Collective.
+  void temperature_after_stage(std::span<const double> E, std::span<double> u);
+  /// Changes a step du of the owned degrees of freedom from u into one of the enthalpies: dE = C dT, and the new
+  /// temperatures follow from E (an enthalpy-corrected Newton step). Only where the capacity is lumped. Updates the
+  /// ghosts of u. Collective.
+  void correct_by_enthalpy(std::span<double> u, std::span<double> du);
 
-  /// Sets prescribed points to their temperature at time t, books the heat that this takes (the reaction) and solves
-  /// algebraic wall rows. Call it at t = 0 and after every stage or step that advanced E by F. Collective.
-  void impose(double t, std::span<double> T, std::span<double> E, std::span<double> exchanged) const;
+  /// Makes u and E meet the constraints at time t and books the heat that this takes. Call it at t = 0 and after every
+  /// stage or step that advanced E by F. Collective.
+  void impose(double t, std::span<double> u, std::span<double> E, std::span<double> exchanged);
+  /// Sets the degrees of freedom that are known at time t, as a first guess of what impose does. Collective.
+  void set_known(double t, std::span<double> u);
   /// Owned points with prescribed temperature, ascending.
-  std::span<const int> prescribed() const;
-  /// Writes T at those points only. Not collective: formulas may throw on one rank alone.
-  void prescribed_temperatures(double t, std::span<double> T) const;
+  std::span<const int> prescribed() const { return prescribed_; }
+  /// Largest |value| over owned points that hold heat and have no prescribed temperature, on all ranks; infinity if one
+  /// is not finite. Collective.
+  double largest_free(std::span<const double> values) const;
 
-  /// F as a residual for Newton: algebraic wall points give their row (W), prescribed points the violation of their
-  /// temperature times the capacity of their cell (J), which is 0 in nodal systems, where they are set.
-  void residual(double t, std::span<double> T, std::span<double> R) const;
+  /// The residual of a stage, E(u) - rate_factor F(t, u) - known, J, or with empty `known` that of a steady state,
+  /// -rate_factor F; constrained points have minus the residual of their constraint. Collective.
+  void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R);
+  /// |dR_i/dT_i| of a stage of length 0: what makes a tolerance in K one of the residual. Collective.
+  void residual_scale(double t, std::span<double> u, std::span<double> scale);
   /// An AIJ matrix with the right pattern and layout; the caller owns it.
   Mat create_jacobian() const;
-  /// J = capacity_factor * dE/dT - rate_factor * dF/dT, for prescribed points minus the derivative of their residual;
-  /// in nodal systems identity rows (and empty columns) there. Exact. Collective.
-  void jacobian(double t, std::span<double> T, double capacity_factor, double rate_factor, Mat J) const;
+  /// J = dR/du = capacity_factor dE/du - rate_factor dF/du, and minus the derivatives of the constraints. Exact.
+  /// Degrees of freedom that are known by themselves have identity rows and empty columns. Collective.
+  void jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, Mat J);
   bool jacobian_is_constant() const;  ///< nothing depends on T (and k not on time)
   bool jacobian_is_symmetric() const;
+  /// Would it be symmetric if the conductivity were frozen?
+  bool frozen_jacobian_is_symmetric() const;
 
-  /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/dT) at (t, T), 1/s: explicit Euler is stable for
+  /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/du) at (t, u), 1/s: explicit Euler is stable for
   /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
-  double rate_bound(double t, std::span<double> T) const;
-  /// The same for explicit steps where points hold heat. With parameters as unknowns these go by C^-1 (-dF/dT) Phi^-1,
-  /// of which no row sums are known: the bound above, times what its largest eigenvalue is to that in a uniform body.
-  double explicit_rate_bound(double t, std::span<double> T) const;
-  /// The largest eigenvalue itself (from below, within a percent). Collective.
-  double largest_rate(double t, std::span<double> T) const;
+  double rate_bound(double t, std::span<double> u);
+  /// The same for explicit steps where the capacity is lumped. With parameters as degrees of freedom these go by
+  /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound above, times what its largest eigenvalue is to
+  /// that in a uniform body. Collective.
+  double explicit_rate_bound(double t, std::span<double> u);
+  /// The largest eigenvalue itself (from below, within a percent) where the frozen Jacobian is symmetric. Collective.
+  double largest_rate(double t, std::span<double> u);
 
   /// Heat flux vector at the owned points, W/m^2. Collective.
-  void heat_flux(double t, std::span<double> T, std::span<Vec3> q) const;
+  void heat_flux(double t, std::span<double> u, std::span<Vec3> q);
 
-  /// Of every source at (t, T): the power asked for and what goes into the points, W. Collective.
+  /// Of every source at (t, T of the owned points): the power asked for and what goes into the points, W. Collective.
   struct SourcePower {
     double asked, deposited;
   };
-  std::vector<SourcePower> source_powers(double t, std::span<const double> T) const;
+  std::vector<SourcePower> source_powers(double t, std::span<const double> T);
   /// Heat that the sources were asked for since t = 0, J; nothing where one of them is not asked for a power.
   std::optional<double> energy_asked(double t) const;
   /// Longest time step that resolves moving sources between two times, s.
@@ -112,22 +122,43 @@ class HeatSystem {
 
   /// Times at which data jump or have kinks, sorted.
   std::vector<double> events() const;
-  /// Lets the sites change that change by themselves at time t, one of the events (cracks that open).
-  void change_sites(double t);
-  bool has_algebraic_walls() const;
-  /// Highest less lowest temperature of body, walls and ambients at time t, K. Collective.
-  double temperature_span(double t, std::span<const double> T) const;
+  /// Changes what changes by itself at time t, one of the events (cracks that open).
+  void apply(double t);
+  /// Are there points that hold no heat and follow from algebraic rows? Collective.
+  bool has_massless_points() const { return has_massless_points_; }
+  /// Highest less lowest temperature of body, walls and ambients at time t, K; ghosts of u up to date. Collective.
+  double temperature_span(double t, std::span<const double> u);
   /// Throws Error(numbers) that names a point whose temperature is not finite. Collective.
-  void require_finite(double t, std::span<const double> T) const;
+  void require_finite(double t, std::span<const double> u) const;
   /// Anything that fixes the level of a steady temperature (prescribed temperature, convection, radiation)? Collective.
   bool level_is_fixed() const;
 
  private:
-  struct Parts;
-  /// The Jacobian; without `exact` the derivative of k is left out.
-  void assemble(double t, std::span<double> T, double capacity_factor, double rate_factor, bool exact, Mat J) const;
+  /// How the temperature of an owned point follows: from its heat balance, or from one of two kinds of constraint.
+  enum class Role : char { free, prescribed, massless };
+  class Entries;
 
-  std::unique_ptr<Parts> parts_;
+  void add_rate(Evaluation& at, std::span<double> F, std::span<double> power);
+  /// The Jacobian; `frozen` leaves the derivative of k out.
+  void assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen, Mat J);
+  /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
+  void find_temperatures(std::span<const double> E, std::span<double> T) const;
+  double rate_of_values_over_bound();
+
+  const Cloud& cloud_;
+  std::vector<MaterialField> materials_;
+  Conditions conditions_;
+  std::vector<std::unique_ptr<Source>> sources_;
+  Discretisation discretisation_;
+  std::vector<std::unique_ptr<HeatTerm>> exchange_;  ///< surface fluxes, sources
+  std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
+  Evaluation at_;
+  std::vector<std::string> accounts_;
+  std::vector<Role> role_;        ///< of owned points
+  std::vector<char> is_known_;    ///< of local points: its degree of freedom
+  std::vector<int> prescribed_;
+  bool has_massless_points_ = false;
+  double explicit_over_bound_ = 0;  ///< see explicit_rate_bound; 0: not yet known
 };
 
 }  // namespace calor

@@ -10,28 +10,24 @@
 
 namespace calor {
 
-StageSolver::StageSolver(const HeatSystem& system)
+StageSolver::StageSolver(HeatSystem& system)
     : system_(system),
       newton_(system,
               {.residual =
                    [this](std::span<double> T, std::span<double> R) {
-                     system_.residual(t_, T, F_);  // updates the ghosts of T
-                     system_.energy(T, R);
-                     for (std::size_t i = 0; i < R.size(); ++i) R[i] -= gamma_dt_ * F_[i] + known_[i];
-                     for (int i : system_.prescribed()) R[i] = -F_[i];
+                     system_.residual(t_, T, gamma_dt_, known_, R);
                    },
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
                .bend = steps_in_enthalpy(system)
-                           ? [this](std::span<double> T, std::span<double> dT) { system_.step_in_enthalpy(T, dT); }
+                           ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }
                            : std::function<void(std::span<double>, std::span<double>)>()},
               false),
-      F_(system.cloud().owned),
       tolerance_(system.cloud().owned) {
   newton_.always_renew(steps_in_enthalpy(system));
 }
 
 bool StageSolver::steps_in_enthalpy(const HeatSystem& system) {
-  return system.points_hold_heat() && system.material().capacity_depends_on_T();
+  return system.capacity_is_lumped() && system.material().capacity_depends_on_T();
 }
 
 bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
@@ -41,7 +37,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   const bool is_constant = system_.jacobian_is_constant();
   if (std::abs(gamma_dt - gamma_dt_) > 1e-12 * gamma_dt) newton_.renew_jacobian();
   t_ = t, gamma_dt_ = gamma_dt, known_ = known;
-  if (system_.is_nodal()) collective_try(system_.cloud().comm, [&] { system_.prescribed_temperatures(t, T); });
+  system_.set_known(t, T);
   if (rate_bound_ == 0 || !is_constant) rate_bound_ = system_.rate_bound(t, T);
 
   const std::size_t owned = known.size();
@@ -49,7 +45,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   for (std::size_t i = 0; i < owned; ++i) hottest = std::max(hottest, std::abs(T[i]));
   hottest = max(system_.cloud().comm, hottest);
   const double reachable = std::max({tolerance, round_off * hottest * (1 + gamma_dt * rate_bound_), least});
-  system_.capacity(T, tolerance_);
+  system_.residual_scale(t, T, tolerance_);
   for (double& value : tolerance_) value *= reachable;
 
   const Newton::Result result = newton_.solve(T, tolerance_, most_iterations);
@@ -59,20 +55,20 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   return result.converged;
 }
 
-void ImplicitStepper::prepare(const HeatSystem& system, const State& state) {
+void ImplicitStepper::prepare(HeatSystem& system, const State& state) {
   if (!solver_) solver_ = std::make_unique<StageSolver>(system);
   known_.resize(state.E.size());
   T_ = state.T;
 }
 
-void ImplicitStepper::evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate) {
+void ImplicitStepper::evaluate(HeatSystem& system, double t, std::span<double> T, Rate& rate) {
   rate.F.resize(system.cloud().owned);
   rate.power.resize(system.accounts().size());
   system.rate(t, T, rate.F, rate.power);
   ++counts.rate_evaluations;
 }
 
-bool ImplicitStepper::solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+bool ImplicitStepper::solve_stage(HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
                                   const std::vector<Weighted>& rates, double tolerance, Rate& rate) {
   std::ranges::copy(E0, known_.begin());
   for (const Weighted& r : rates)
@@ -82,7 +78,7 @@ bool ImplicitStepper::solve_stage(const HeatSystem& system, double t, double gam
   return true;
 }
 
-void ImplicitStepper::take(const HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
+void ImplicitStepper::take(HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
                            const std::vector<Weighted>& rates) {
   for (const Weighted& r : rates) {
     for (std::size_t i = 0; i < state.E.size(); ++i) state.E[i] += r.weight * r.rate.F[i];
@@ -90,11 +86,11 @@ void ImplicitStepper::take(const HeatSystem& system, State& state, const SmoothI
   }
   state.t = t_new;
   state.T = T_;
-  if (system.is_nodal()) system.temperature(state.E, state.T);
+  system.temperature_after_stage(state.E, state.T);
   system.impose(interval.data_time(t_new), state.T, state.E, state.exchanged);
 }
 
-double ImplicitStepper::tight_tolerance(const HeatSystem& system, const State& state) const {
+double ImplicitStepper::tight_tolerance(HeatSystem& system, const State& state) const {
   return 1e-10 * system.temperature_span(state.t, state.T);
 }
 

@@ -12,7 +12,7 @@ namespace calor {
 
 class StageSolver {
  public:
-  explicit StageSolver(const HeatSystem& system);
+  explicit StageSolver(HeatSystem& system);
 
   /// Finds T (local points; a first guess on entry) with prescribed points at their temperature at time t. Every
   /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails. Collective.
@@ -28,15 +28,15 @@ class StageSolver {
   /// to and fro over a narrow range of melting (Swaminathan & Voller, Metall. Trans. B 23 (1992) 651).
   static bool steps_in_enthalpy(const HeatSystem& system);
 
-  const HeatSystem& system_;
+  HeatSystem& system_;
   Newton newton_;
   double t_ = 0, gamma_dt_ = 0, rate_bound_ = 0;
   std::span<const double> known_;
-  std::vector<double> F_, tolerance_;
+  std::vector<double> tolerance_;
   std::exception_ptr reason_;
 };
 
-/// A marcher whose steps are made of such stages.
+/// A stepper whose steps are made of such stages.
 class ImplicitStepper : public Stepper {
  public:
   using Stepper::Stepper;
@@ -47,21 +47,21 @@ class ImplicitStepper : public Stepper {
     std::vector<double> F, power;
   };
   /// Makes the solver on first use, and room for the work arrays.
-  void prepare(const HeatSystem& system, const State& state);
-  void evaluate(const HeatSystem& system, double t, std::span<double> T, Rate& rate);
+  void prepare(HeatSystem& system, const State& state);
+  void evaluate(HeatSystem& system, double t, std::span<double> T, Rate& rate);
   /// known = E0 + sum weight F, weights in s; finds T_ from it, starting where T_ is, and its rate.
   struct Weighted {
     double weight;
     const Rate& rate;
   };
-  bool solve_stage(const HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+  bool solve_stage(HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
                    const std::vector<Weighted>& rates, double tolerance, Rate& rate);
   /// E += sum weight F, the same for the accounts, T from E, walls imposed: heat is conserved to round-off whatever the
   /// tolerance of the stages.
-  void take(const HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
+  void take(HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,
             const std::vector<Weighted>& rates);
   /// Tolerance of the stages of fixed steps, K.
-  double tight_tolerance(const HeatSystem& system, const State& state) const;
+  double tight_tolerance(HeatSystem& system, const State& state) const;
   [[noreturn]] void fail(double t, double dt) const;
 
   std::unique_ptr<StageSolver> solver_;

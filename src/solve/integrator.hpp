@@ -25,14 +25,14 @@ class Integrator {
   virtual ~Integrator() = default;
   /// Marches from state.t to exactly t_end, or until after_step returns false. The walls of `state` are imposed on
   /// entry and on return. Collective.
-  virtual void advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
+  virtual void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
   virtual std::string name() const = 0;  ///< as in [time] integrator
   StepCounts counts;
 };
 
 /// The integrator that [time] names, or the one that fits best. Checks a fixed step against the stability limit:
 /// above the Gershgorin bound a warning, above 2/lambda_max an Error. Collective.
-std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& system, State& start);
+std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, State& start);
 
 struct SteadyReport {
   int newton_iterations = 0;
@@ -40,7 +40,7 @@ struct SteadyReport {
   double residual = 0;  ///< largest |residual| over the largest heat flow through a point
 };
 /// Newton (SNES) with the exact Jacobian from state.T; fills T and E. Throws Error(numbers) without convergence.
-SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state);
+SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state);
 
 void declare_time(Schema& schema);
 

@@ -33,12 +33,11 @@ const IntegratorKind& kind_of(const std::string& name) {
 }
 
 /// Lines factorise cheaply; elsewhere super-time-stepping needs no matrix and wins until the problem is very stiff.
-std::string automatic(const Table& time, const HeatSystem& system, State& start) {
-  if (system.has_algebraic_walls()) return "euler";
-  // With parameters as unknowns an explicit stage takes a solution too: it pays where Newton's method would take many.
-  const bool explicit_pays =
-      system.is_nodal() ||
-      (system.points_hold_heat() && system.material().capacity_depends_on_T() && !system.sites().penalty_walls());
+std::string automatic(const Table& time, HeatSystem& system, State& start) {
+  if (system.has_massless_points()) return "euler";
+  // With parameters an explicit stage takes a solution too: it pays where Newton's method would take many.
+  const bool explicit_pays = system.dofs().are_temperatures() ||
+                             (system.capacity_is_lumped() && system.material().capacity_depends_on_T());
   if (system.cloud().dimension == 1 || !explicit_pays) return "tr-bdf2";
   constexpr double many = 1e5;
   const double euler_steps = time.number("end") * system.explicit_rate_bound(start.t, start.T) / 2;
@@ -46,11 +45,10 @@ std::string automatic(const Table& time, const HeatSystem& system, State& start)
 }
 
 /// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
-void check_step(const Table& time, const HeatSystem& system, State& start, double step) {
+void check_step(const Table& time, HeatSystem& system, State& start, double step) {
   const double bound = system.explicit_rate_bound(start.t, start.T);
   if (step * bound <= 2 * (1 + 1e-9)) return;
-  const bool is_symmetric = system.sites().symmetric(system.material().mean(), false);
-  const double limit = 2 / (is_symmetric ? system.largest_rate(start.t, start.T) : bound);
+  const double limit = 2 / (system.frozen_jacobian_is_symmetric() ? system.largest_rate(start.t, start.T) : bound);
   if (step > limit)
     time.refuse("step",
                 fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
@@ -64,7 +62,7 @@ void check_step(const Table& time, const HeatSystem& system, State& start, doubl
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& system, State& start) {
+std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, State& start) {
   const Table time = c.section("time");
   if (!(time.number("end") > 0))
     time.refuse("end", fmt::format("an end of {} s is not after the start", time.number("end")),
@@ -74,12 +72,12 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, const HeatSystem& sys
                     "add them, or take [steady] instead of [time]");
   const bool is_automatic = !time.has("integrator") || time.text("integrator") == "automatic";
   const IntegratorKind& kind = kind_of(is_automatic ? automatic(time, system, start) : time.text("integrator"));
-  if (system.has_algebraic_walls() && kind.name != "euler")
+  if (system.has_massless_points() && kind.name == "rkl2")
     time.refuse("integrator",
                 fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
-                "take integrator = \"euler\", or correction = \"consistent\"");
+                "take integrator = \"euler\" or an implicit one, or correction = \"consistent\"");
 
-  if (kind.is_explicit && !system.points_hold_heat())
+  if (kind.is_explicit && !system.capacity_is_lumped())
     time.refuse("integrator",
                 fmt::format("{} needs points that hold their own heat; those of this method share it", kind.name),
                 "take integrator = \"tr-bdf2\" or \"crank-nicolson\", mlpg.capacity = \"one-point\", or mlpg.flux = "

@@ -26,7 +26,7 @@ void copy(Vec from, std::span<double> to) {
 
 }  // namespace
 
-Newton::Newton(const HeatSystem& system, Equations equations, bool steady)
+Newton::Newton(HeatSystem& system, Equations equations, bool steady)
     : system_(system), equations_(std::move(equations)), T_(system.cloud().local()), J_(system.create_jacobian()) {
   MatCreateVecs(J_, &x_, &R_);
   VecDuplicate(x_, &b_);
@@ -61,7 +61,7 @@ void Newton::choose_linear_solver(bool steady) {
   const bool symmetric = system_.jacobian_is_symmetric(), alone = size_of(cloud.comm) == 1;
   // Stencils that are not symmetric (MLPG) are wide: factors fill in soon, and coarse levels are no help.
   // In the plane a steady state still is worth a factorisation; the stages of a time step are well conditioned.
-  const bool wide = !system_.sites().symmetric(system_.material().mean(), false) &&
+  const bool wide = !system_.frozen_jacobian_is_symmetric() &&
                     (cloud.dimension == 3 || (cloud.dimension == 2 && !steady));
   // A factorisation fills in little for lines and planes, and is the most robust; bodies soon outgrow it.
   const std::int64_t most_rows_for_direct = wide ? 2'000 : cloud.dimension < 3 && alone ? 100'000 : 20'000;

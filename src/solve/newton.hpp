@@ -31,7 +31,7 @@ class Newton {
   };
 
   /// `steady` equations are worse conditioned than the stages of a time step. Collective.
-  Newton(const HeatSystem& system, Equations equations, bool steady);
+  Newton(HeatSystem& system, Equations equations, bool steady);
   ~Newton();
   Newton(const Newton&) = delete;
   Newton& operator=(const Newton&) = delete;
@@ -57,7 +57,7 @@ class Newton {
   void choose_linear_solver(bool steady);
   double weighted(Vec R) const;
 
-  const HeatSystem& system_;
+  HeatSystem& system_;
   Equations equations_;
   std::vector<double> T_;  ///< local points
   std::span<const double> tolerance_;

@@ -37,7 +37,7 @@ class Rkl2 final : public Stepper {
     void resize(const State& state) { E.resize(state.E.size()), exchanged.resize(state.exchanged.size()); }
   };
 
-  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     for (Stage* stage : {&now_, &last_, &before_last_}) stage->resize(state);
     F0_.resize(state.E.size()), F_.resize(state.E.size());
@@ -83,14 +83,14 @@ class Rkl2 final : public Stepper {
     return true;
   }
 
-  void evaluate(const HeatSystem& system, double t, std::vector<double>& T, std::vector<double>& F,
+  void evaluate(HeatSystem& system, double t, std::vector<double>& T, std::vector<double>& F,
                 std::vector<double>& power) {
     system.rate(t, T, F, power);
     ++counts.rate_evaluations;
   }
 
   /// From the state and its rate F0_ to last_ and T_, Meyer et al. eq (14)-(17).
-  void advance_stages(const HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, int s) {
+  void advance_stages(HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, int s) {
     const double w1 = 4 / (s * s + s - 2.);
     T_ = state.T;
     before_last_.E = state.E, before_last_.exchanged = state.exchanged;
@@ -121,7 +121,7 @@ class Rkl2 final : public Stepper {
     counts.most_stages = std::max(counts.most_stages, s);
   }
 
-  void settle(const HeatSystem& system, double t, Stage& stage) {
+  void settle(HeatSystem& system, double t, Stage& stage) {
     system.temperature(stage.E, T_);
     system.impose(t, T_, stage.E, stage.exchanged);
   }
@@ -129,13 +129,13 @@ class Rkl2 final : public Stepper {
   /// Largest error of the step in K. The step's error is (1/6 - c3) dt^3 T''' with c3 from the stability polynomial
   /// 1 + z + z^2/2 + c3 z^3 + ...; T''' comes from E0 - E1 + dt/2 (F0 + F1) = (1/4 - c3) dt^3 E''' (as in Sommeijer,
   /// Shampine & Verwer 1997).
-  double error(const HeatSystem& system, const State& state, double dt, int s) {
+  double error(HeatSystem& system, const State& state, double dt, int s) {
     const double c3 = (s * s + s - 6.) / (s * s + s - 2.) / 9;
     const double factor = (1. / 6 - c3) / (1. / 4 - c3);
     system.capacity(T_, now_.E);
     for (std::size_t i = 0; i < F_.size(); ++i)
       now_.E[i] = factor * (state.E[i] - last_.E[i] + 0.5 * dt * (F0_[i] + F_[i])) / now_.E[i];
-    return largest_free(system, now_.E);
+    return system.largest_free(now_.E);
   }
 
   void take(State& state, double t_new) {

@@ -13,7 +13,7 @@ namespace calor {
 namespace {
 
 /// Largest heat flow through the cross-section of a point, W.
-double largest_flow(const HeatSystem& system, std::span<double> T) {
+double largest_flow(HeatSystem& system, std::span<double> T) {
   const Cloud& cloud = system.cloud();
   std::vector<Vec3> q(cloud.owned);
   system.heat_flux(0, T, q);
@@ -24,7 +24,7 @@ double largest_flow(const HeatSystem& system, std::span<double> T) {
 }
 
 /// The imbalance that rounding of the temperatures alone makes, W: eps |T| times the conductances around a point.
-double round_off(const HeatSystem& system, std::span<double> T) {
+double round_off(HeatSystem& system, std::span<double> T) {
   const Cloud& cloud = system.cloud();
   std::vector<double> C(cloud.owned);
   system.capacity(T, C);
@@ -37,7 +37,7 @@ double round_off(const HeatSystem& system, std::span<double> T) {
 
 }  // namespace
 
-SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state) {
+SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   const Table steady = c.section("steady");
   const double relative = steady.number("tolerance");
   if (!(relative > 0))
@@ -45,11 +45,7 @@ SteadyReport solve_steady(const Case& c, const HeatSystem& system, State& state)
   const int most_iterations = static_cast<int>(steady.integer("iterations"));
 
   Newton newton(system,
-                {.residual =
-                     [&](std::span<double> T, std::span<double> R) {
-                       system.residual(0, T, R);
-                       for (double& value : R) value = -value;  // so that the Jacobian is positive definite
-                     },
+                {.residual = [&](std::span<double> T, std::span<double> R) { system.residual(0, T, 1, {}, R); },
                  .jacobian = [&](std::span<double> T, Mat J) { system.jacobian(0, T, 0, 1, J); }},
                 true);
   SteadyReport report;

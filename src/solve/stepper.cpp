@@ -27,7 +27,7 @@ double SmoothInterval::data_time(double t) const {
   return std::clamp(t, low, std::max(low, high));
 }
 
-void Stepper::advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
+void Stepper::advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
   const bool is_first = !events_;
   if (!events_) events_ = system.events();
   bool fresh = is_first;
@@ -42,7 +42,7 @@ void Stepper::advance(const HeatSystem& system, State& state, double t_end, cons
   }
 }
 
-bool Stepper::accept(const HeatSystem& system, const State& state, double dt, const AfterStep& after_step) {
+bool Stepper::accept(HeatSystem& system, const State& state, double dt, const AfterStep& after_step) {
   system.require_finite(state.t, state.T);
   counts.smallest_step = counts.steps == 0 ? dt : std::min(counts.smallest_step, dt);
   counts.largest_step = std::max(counts.largest_step, dt);
@@ -50,7 +50,7 @@ bool Stepper::accept(const HeatSystem& system, const State& state, double dt, co
   return after_step(state);
 }
 
-double Stepper::tolerance(const HeatSystem& system, const State& state) {
+double Stepper::tolerance(HeatSystem& system, const State& state) {
   if (options_.tolerance) return *options_.tolerance;
   constexpr double part_of_span = 1e-4, least = 1e-6;
   largest_span_ = std::max(largest_span_, system.temperature_span(state.t, state.T));
@@ -82,21 +82,6 @@ bool StepControl::judge(double dt, double error, double always_good) {
     proposal_ = std::max(factor * dt, accepted ? std::min(dt, always_good) : 0);
   was_rejected_ = !accepted;
   return accepted;
-}
-
-double largest_free(const HeatSystem& system, std::span<const double> values) {
-  const std::span<const int> prescribed = system.prescribed();
-  auto next = prescribed.begin();
-  double largest = 0;
-  for (int i = 0; i < system.cloud().owned; ++i) {
-    if (next != prescribed.end() && *next == i) {
-      ++next;
-      continue;
-    }
-    const double size = std::abs(values[i]);
-    if (!(size <= largest)) largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : size;
-  }
-  return max(system.cloud().comm, largest);
 }
 
 }  // namespace calor

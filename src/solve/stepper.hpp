@@ -37,18 +37,18 @@ struct StepOptions {
 class Stepper : public Integrator {
  public:
   explicit Stepper(StepOptions options) : options_(options) {}
-  void advance(const HeatSystem& system, State& state, double t_end, const AfterStep& after_step) final;
+  void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) final;
 
  protected:
   /// Marches to interval.end(); false when after_step ends the run. `fresh`: the solution may not be smooth here, as
   /// data jump or the run begins.
-  virtual bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+  virtual bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
                      const AfterStep& after_step) = 0;
 
   /// Books an accepted step, checks the state and reports it.
-  bool accept(const HeatSystem& system, const State& state, double dt, const AfterStep& after_step);
+  bool accept(HeatSystem& system, const State& state, double dt, const AfterStep& after_step);
   /// The step tolerance now, K.
-  double tolerance(const HeatSystem& system, const State& state);
+  double tolerance(HeatSystem& system, const State& state);
 
   StepOptions options_;
 
@@ -94,8 +94,5 @@ class StepControl {
   double proposal_ = 0;
   bool was_rejected_ = false;
 };
-
-/// Largest |value| over owned points that are not prescribed, on all ranks; infinity if one is not finite. Collective.
-double largest_free(const HeatSystem& system, std::span<const double> values);
 
 }  // namespace calor

@@ -21,14 +21,14 @@ class TrBdf2 final : public ImplicitStepper {
   std::string name() const override { return "tr-bdf2"; }
 
  private:
-  bool march(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     prepare(system, state);
     return options_.step ? march_fixed(system, state, interval, after_step)
                          : march_adaptive(system, state, interval, fresh, after_step);
   }
 
-  bool march_fixed(const HeatSystem& system, State& state, const SmoothInterval& interval,
+  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval,
                    const AfterStep& after_step) {
     const EqualSteps steps(state.t, interval.end(), *options_.step);
     const double dt = steps.step();
@@ -41,7 +41,7 @@ class TrBdf2 final : public ImplicitStepper {
     return true;
   }
 
-  bool march_adaptive(const HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
                       const AfterStep& after_step) {
     constexpr double part_for_newton = 1e-3;
     const double bound = system.rate_bound(interval.data_time(state.t), state.T);
@@ -71,7 +71,7 @@ class TrBdf2 final : public ImplicitStepper {
   }
 
   /// Both stages from the state and rate0_.
-  bool stages(const HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, double t_new,
+  bool stages(HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, double t_new,
               double tolerance) {
     T_ = state.T;
     counts.most_stages = 2;
@@ -85,13 +85,13 @@ class TrBdf2 final : public ImplicitStepper {
 
   /// Largest difference to the embedded formula in K, smoothed by the matrix of the stages: without that, stiff
   /// components that the method damps well would keep the steps small.
-  double error(const HeatSystem& system, double dt) {
+  double error(HeatSystem& system, double dt) {
     const std::size_t owned = rate0_.F.size();
     error_.resize(system.cloud().local());
     for (std::size_t i = 0; i < owned; ++i)
       error_[i] = dt * ((4 * w - 1) / 3 * rate0_.F[i] - 1. / 3 * rate1_.F[i] + 2 * d / 3 * rate2_.F[i]);
     solver_->smooth(std::span(error_).first(owned), std::span(error_).first(owned));
-    return largest_free(system, system.values(error_));
+    return system.largest_free(system.temperatures(error_));
   }
 
   StepControl control_{1.3};

@@ -62,7 +62,7 @@ class CaseModel {
   CaseModel(const CaseModel&) = delete;
 
   const Case& description() const { return case_; }
-  const HeatSystem& system() const { return *model_.system; }
+  HeatSystem& system() const { return *model_.system; }
   const Cloud& cloud() const { return *model_.cloud; }
   const Model& model() const { return model_; }
   /// The state at t = 0, walls imposed.

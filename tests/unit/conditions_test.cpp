@@ -148,7 +148,7 @@ temperature = "300 K"
   const CaseModel m(plate(walls));
   const State state = m.start();
   std::vector<double> later(state.T);
-  m.system().prescribed_temperatures(2, later);
+  m.system().set_known(2, later);
   for (int i = 0; i < m.cloud().owned; ++i) {
     const Vec3& x = m.cloud().x[i];
     const bool on_xmin = x.x == 0, on_ymin = x.y == 0, on_ymax = x.y == 2;

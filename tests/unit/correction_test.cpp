@@ -136,10 +136,10 @@ TEST(Correction, DoesNotDependOnWhereTheBodyStandsNorOnItsSize) {
       other.spacing[i] *= length;
     }
     CorrectionReport report;
-    const auto sites = sph_consistent(other, w.neighbours, 1.2, report);
+    const auto G = sph_consistent_weights(other, w.neighbours, 1.2, report);
     double largest = 0;
     for (std::size_t n = 0; n < w.G.size(); ++n) {
-      largest = std::max(largest, std::abs(sites.weights()[n] / volume * length * length - w.G[n]));
+      largest = std::max(largest, std::abs(G[n] / volume * length * length - w.G[n]));
     }
     // The moment fit stops at 1e-3, so round-off in its input leaves a trace of about 1e-10.
     EXPECT_LE(largest, 1e-8 * *std::max_element(w.G.begin(), w.G.end()));
@@ -150,8 +150,7 @@ TEST(Correction, DoesNotDependOnWhereTheBodyStandsNorOnItsSize) {
 double harmonic_error(std::int64_t n, int dimension) {
   const double d = 1.0 / static_cast<double>(n - 1);
   const Cloud cloud = box_cloud(std::vector<std::int64_t>(dimension, n), d, {.jitter = 0.2, .seed = 5});
-  CorrectionReport report;
-  const auto sites = sph_consistent(cloud, find_neighbours(cloud, sph_reach(1.2)), 1.2, report);
+  const PairConduction pairs = sph_pairs(cloud, 1.2);
   const std::vector<double> k(cloud.local(), 1.0), zero(cloud.local(), 0.0);
   std::vector<double> exact, fixed;
   for (int i = 0; i < cloud.owned; ++i) {
@@ -159,7 +158,7 @@ double harmonic_error(std::int64_t n, int dimension) {
     fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
   }
   SparseJacobian J;
-  sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, exact, J);
+  pairs.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, exact, J);
   const auto T = solve_with_fixed(J.matrix(cloud.owned), zero, fixed);
   double squares = 0;
   for (int i = 0; i < cloud.owned; ++i) squares += cloud.volume[i] * (T[i] - exact[i]) * (T[i] - exact[i]);

@@ -55,17 +55,17 @@ Cracked intact_by_bonds(const Cloud& cloud, double horizon) {
   return c;
 }
 
-PairSites with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing, CorrectionReport* report = {}) {
+PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing, CorrectionReport* report = {}) {
   Cracked c = intact(cloud, smoothing);
-  PairSites sites = cracked_pairs(cloud, Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
+  PairConduction pairs = cracked_pairs(cloud, Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
   if (report) *report = c.report;
-  return sites;
+  return pairs;
 }
 
-std::vector<double> steady(const Cloud& cloud, const PairSites& sites, const std::vector<double>& fixed) {
+std::vector<double> steady(const Cloud& cloud, const PairConduction& pairs, const std::vector<double>& fixed) {
   const std::vector<double> k(cloud.local(), 1.0), T(cloud.local(), 0.0);
   SparseJacobian J;
-  sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
+  pairs.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
   return solve_with_fixed(J.matrix(cloud.owned), std::vector<double>(cloud.owned, 0.0), fixed);
 }
 
@@ -83,11 +83,11 @@ struct PlateErrors {
   double jump;  ///< at the centre, by the points beside it
 };
 
-PlateErrors plate_errors(const Cloud& cloud, const PairSites& sites) {
+PlateErrors plate_errors(const Cloud& cloud, const PairConduction& pairs) {
   std::vector<double> fixed;
   for (int i = 0; i < cloud.owned; ++i)
     fixed.push_back((cloud.on_faces[i] & 0b1111) ? exact_at(cloud.x[i]) : not_fixed);
-  const auto T = steady(cloud, sites, fixed);
+  const auto T = steady(cloud, pairs, fixed);
   double squares = 0, volume = 0, up = 0, down = 0, nearest_up = 9, nearest_down = 9;
   for (int i = 0; i < cloud.owned; ++i) {
     const Vec3 x{cloud.x[i].x, cloud.x[i].y, 0};
@@ -107,8 +107,8 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackInALattice) {
   for (int n = 0; n < 3; ++n) {
     const Cloud cloud = square(20 << n);
     CorrectionReport report;
-    const auto sites = with_crack(cloud, {crack_of_the_plate}, 1, &report);
-    const PlateErrors e = plate_errors(cloud, sites);
+    const auto pairs = with_crack(cloud, {crack_of_the_plate}, 1, &report);
+    const PlateErrors e = plate_errors(cloud, pairs);
     std::printf("lattice %d^2: rms %.2e, jump %.2e, %d negative\n", 20 << n, e.rms, e.jump, int(report.negative));
     EXPECT_LE(e.rms, rms[n]);
     EXPECT_LE(e.jump, jump[n]);
@@ -123,8 +123,8 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackHoweverFarThePairsReach) {
     const Cloud cloud = square(20 << n);
     for (const bool bonds : {true, false}) {
       Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1.4);
-      const auto sites = cracked_pairs(cloud, Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
-      const PlateErrors e = plate_errors(cloud, sites);
+      const auto pairs = cracked_pairs(cloud, Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
+      const PlateErrors e = plate_errors(cloud, pairs);
       std::printf("%s %d^2: rms %.2e, jump %.2e\n", bonds ? "bonds" : "h = 1.4 dx", 20 << n, e.rms, e.jump);
       EXPECT_LE(e.rms, rms[n]);
       EXPECT_LE(e.jump, jump[n]);
@@ -154,15 +154,15 @@ TEST(Cracks, LetHeatRunBesideThemAsInTheRestOfTheBody) {
     exact.push_back(std::cos(2 * cloud.x[i].x) * std::cosh(2 * cloud.x[i].y) / 2);
     fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
   }
-  const auto rms = [&](const PairSites& sites) {
-    const auto T = steady(cloud, sites, fixed);
+  const auto rms = [&](const PairConduction& pairs) {
+    const auto T = steady(cloud, pairs, fixed);
     double squares = 0;
     for (int i = 0; i < cloud.owned; ++i) squares += cloud.volume[i] * (T[i] - exact[i]) * (T[i] - exact[i]);
     return std::sqrt(squares / 4);
   };
   for (const bool bonds : {true, false}) {
     Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1);
-    const double whole = rms(PairSites(cloud, c.neighbours, c.G));
+    const double whole = rms(PairConduction(cloud, c.neighbours, c.G));
     const Cracks cut(cloud, {line({-1, 0, 0}, {1, 0, 0})});
     const double cracked = rms(cracked_pairs(cloud, cut, c.neighbours, c.G, c.report));
     std::printf("%s: whole %.2e, cut %.2e\n", bonds ? "bonds" : "h = dx", whole, cracked);
@@ -177,8 +177,8 @@ TEST(Cracks, HoldUpHeatWhereverTheirTipsLie) {
   for (const double shift : {0.1, 0.3, 0.5, 0.7, 0.9}) {
     Cloud moved = cloud;
     for (Vec3& x : moved.x) x.x += shift * 2 / 39;
-    const auto sites = with_crack(moved, {crack_of_the_plate}, 1);
-    const PlateErrors e = plate_errors(moved, sites);
+    const auto pairs = with_crack(moved, {crack_of_the_plate}, 1);
+    const PlateErrors e = plate_errors(moved, pairs);
     std::printf("shift %.1f: rms %.2e, jump %.2e\n", shift, e.rms, e.jump);
     EXPECT_LE(e.rms, 2e-4);
     EXPECT_LE(e.jump, 1e-3);
@@ -205,7 +205,7 @@ TEST(Cracks, WouldHealWithoutTheAreasOfTheirFaces) {
   enforce_linear_consistency(cloud, c.neighbours, c.G, 1e-12);
   const auto R = linear_residual(cloud, c.neighbours, c.G);
   for (const Vec3& r : R) EXPECT_LE(norm(r), 1e-12);
-  EXPECT_GE(plate_errors(cloud, PairSites(cloud, c.neighbours, c.G)).jump, 0.7);
+  EXPECT_GE(plate_errors(cloud, PairConduction(cloud, c.neighbours, c.G)).jump, 0.7);
 }
 
 TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
@@ -218,7 +218,7 @@ TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
                          Cut{0.2, 1.2, {{-1, -0.4, 0}, {0.05, 0.1, 0}, {0.31, 1, 0}}}}) {
     const Cloud cloud = square(20, cut.jitter);
     CorrectionReport report;
-    const auto sites = with_crack(cloud, {{.vertices = cut.line}}, cut.smoothing, &report);
+    const auto pairs = with_crack(cloud, {{.vertices = cut.line}}, cut.smoothing, &report);
     EXPECT_LE(report.residual, 1e-11);
     // Everything that the first point can reach is on its side, and no heat leaves it.
     std::vector<char> reached(cloud.owned, 0);
@@ -227,7 +227,7 @@ TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
     while (!next.empty()) {
       const int i = next.back();
       next.pop_back();
-      for (int j : sites.neighbours().of(i))
+      for (int j : pairs.neighbours().of(i))
         if (!reached[j]) reached[j] = 1, next.push_back(j);
     }
     const auto count = std::ranges::count(reached, 1);
@@ -235,7 +235,7 @@ TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
     EXPECT_LT(count, 4 * cloud.owned / 5);
     std::vector<double> T, k(cloud.local(), 1.0), F(cloud.owned, 0.0);
     for (int i = 0; i < cloud.local(); ++i) T.push_back(std::sin(17.0 * i));
-    sites.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, F);
+    pairs.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, F);
     double sum = 0, size = 0;
     for (int i = 0; i < cloud.owned; ++i)
       if (reached[i]) sum += F[i], size += std::abs(F[i]);
@@ -250,7 +250,7 @@ TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
       exact.push_back(dot(along, cloud.x[i]));
       fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
     }
-    const auto solved = steady(cloud, sites, fixed);
+    const auto solved = steady(cloud, pairs, fixed);
     for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(solved[i], exact[i], tolerance);
   }
 }
@@ -261,7 +261,7 @@ TEST(Cracks, InContactLetTheTemperatureJumpByTheFluxOverTheConductance) {
     const Cloud cloud = square(15, slope == 0 ? 0 : 0.2);
     const double h = 2.5;
     const auto interface = line({-1, -slope + 0.03, 0}, {1, slope + 0.03, 0}, h);
-    const auto sites = with_crack(cloud, {interface}, 1.2);
+    const auto pairs = with_crack(cloud, {interface}, 1.2);
     const Vec3 normal = (1 / std::hypot(slope, 1.0)) * Vec3{-slope, 1, 0};
     std::vector<double> exact, fixed;
     for (int i = 0; i < cloud.owned; ++i) {
@@ -269,19 +269,19 @@ TEST(Cracks, InContactLetTheTemperatureJumpByTheFluxOverTheConductance) {
       exact.push_back(s + (s > 0 ? 1 / h : 0));
       fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
     }
-    const auto T = steady(cloud, sites, fixed);
+    const auto T = steady(cloud, pairs, fixed);
     for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(T[i], exact[i], 1e-11);
     // The flux across it is the same everywhere.
     std::vector<Vec3> q(cloud.owned);
     const std::vector<double> k(cloud.local(), 1.0);
-    sites.heat_flux({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, q);
+    pairs.heat_flux({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, q);
     for (const Vec3& v : q) EXPECT_NEAR(norm(v + normal), 0, 1e-10);
     // Its Jacobian is the derivative of its rate.
     SparseJacobian J;
-    sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
+    pairs.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, J);
     const Eigen::VectorXd F = J.matrix(cloud.owned) * Eigen::Map<const Eigen::VectorXd>(T.data(), cloud.owned);
     std::vector<double> rate(cloud.owned, 0.0);
-    sites.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, rate);
+    pairs.add_rate({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, T, rate);
     for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(F[i], rate[i], 1e-12);
   }
 }
@@ -291,19 +291,19 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   const Cracked c = intact(cloud, 1);
   Crack crack = crack_of_the_plate;
   crack.opens = 2;
-  PairSites sites = cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
-  EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
-  EXPECT_EQ(sites.events(), std::vector<double>{2});
-  sites.change(1.9);
-  EXPECT_TRUE(std::ranges::equal(sites.weights(), c.G));
-  sites.change(2);
+  PairConduction pairs = cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
+  EXPECT_TRUE(std::ranges::equal(pairs.weights(), c.G));
+  EXPECT_EQ(pairs.events(), std::vector<double>{2});
+  pairs.apply(1.9);
+  EXPECT_TRUE(std::ranges::equal(pairs.weights(), c.G));
+  pairs.apply(2);
   const Cracks cracks(cloud, {crack});
   std::vector<double> expected = c.G;
   for (const Crossing& x : cracks.crossings(c.neighbours)) expected[x.entry] -= x.fraction * c.G[x.entry];
-  for (std::size_t n = 0; n < expected.size(); ++n) EXPECT_NEAR(sites.weights()[n], expected[n], 1e-15);
+  for (std::size_t n = 0; n < expected.size(); ++n) EXPECT_NEAR(pairs.weights()[n], expected[n], 1e-15);
   EXPECT_NE(expected, c.G);
   // First order, and far from whole: the jump is there.
-  EXPECT_LE(plate_errors(cloud, sites).jump, 0.3);
+  EXPECT_LE(plate_errors(cloud, pairs).jump, 0.3);
 }
 
 TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
@@ -328,9 +328,9 @@ TEST(Cracks, ArePolygonsInThreeDimensions) {
   const double top = 3 * 2.0 / 19;
   const Crack wall{.vertices = {{-a, 0, 0}, {a, 0, 0}, {a, 0, top}, {-a, 0, top}}};
   CorrectionReport report;
-  const auto sites = with_crack(cloud, {wall}, 1, &report);
+  const auto pairs = with_crack(cloud, {wall}, 1, &report);
   EXPECT_LE(report.residual, 1e-11);
-  const PlateErrors e = plate_errors(cloud, sites);
+  const PlateErrors e = plate_errors(cloud, pairs);
   std::printf("3D: rms %.2e, jump %.2e\n", e.rms, e.jump);
   EXPECT_LE(e.rms, 3e-4);
   EXPECT_LE(e.jump, 1.5e-3);
@@ -367,12 +367,12 @@ TEST(CracksParallel, AreTheSameOnAnyNumberOfRanks) {
                                        line({-0.5, -1, 0}, {-0.45, -0.5, 0}, 3)};
     const auto checksum = [&](MPI_Comm comm) {
       const Cloud cloud = square(21, jitter, 0, comm);
-      const auto sites = with_crack(cloud, cracks, smoothing);
+      const auto pairs = with_crack(cloud, cracks, smoothing);
       std::vector<double> terms;
       for (int i = 0; i < cloud.owned; ++i) {
-        const auto row = sites.neighbours().of(i);
+        const auto row = pairs.neighbours().of(i);
         for (std::size_t n = 0; n < row.size(); ++n)
-          terms.push_back(sites.weights()[sites.neighbours().row[i] + n] *
+          terms.push_back(pairs.weights()[pairs.neighbours().row[i] + n] *
                           (1 + std::fmod(0.618 * cloud.id[i] + 0.414 * cloud.id[row[n]], 1.0)));
       }
       return sum(comm, terms);

@@ -168,9 +168,9 @@ struct SteadyError {
 };
 template <class Exact, class Source>
 SteadyError steady_error(const Cloud& cloud, double smoothing, const Exact& exact_at, const Source& source_at) {
-  CorrectionReport report;
-  const auto sites = sph_consistent(cloud, find_neighbours(cloud, sph_reach(smoothing)), smoothing, report);
-  EXPECT_EQ(report.negative, 0);
+  Weights w = sph_weights(cloud, smoothing);
+  EXPECT_EQ(w.report.negative, 0);
+  const PairConduction pairs(cloud, std::move(w.neighbours), std::move(w.G));
   const std::vector<double> k(cloud.local(), 1.0);
   std::vector<double> exact, fixed, b;
   for (int i = 0; i < cloud.owned; ++i) {
@@ -179,7 +179,7 @@ SteadyError steady_error(const Cloud& cloud, double smoothing, const Exact& exac
     b.push_back(-cloud.volume[i] * source_at(cloud.x[i]));
   }
   SparseJacobian J;
-  sites.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, exact, J);
+  pairs.add_jacobian({.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}}, exact, J);
   const auto T = solve_with_fixed(J.matrix(cloud.owned), b, fixed);
   double squares = 0, volume = 0, largest = 0;
   for (int i = 0; i < cloud.owned; ++i) {

@@ -88,14 +88,14 @@ const std::vector<Problem>& problems() {
 /// Temperatures of the owned points at `end` by the classical Runge-Kutta method, on the enthalpies, whose values at
 /// prescribed points count for nothing.
 std::vector<double> by_runge_kutta(const CaseModel& m, double end, int steps) {
-  const HeatSystem& system = m.system();
+  HeatSystem& system = m.system();
   const State start = m.start();
   const std::size_t n = start.E.size();
   std::vector<double> E = start.E, T = start.T, power(system.accounts().size());
   const auto rate = [&](double t, const std::vector<double>& at) {
     std::vector<double> F(n);
     system.temperature(at, T);
-    system.prescribed_temperatures(t, T);
+    system.set_known(t, T);
     system.rate(t, T, F, power);
     return F;
   };
@@ -112,7 +112,7 @@ std::vector<double> by_runge_kutta(const CaseModel& m, double end, int steps) {
     for (std::size_t i = 0; i < n; ++i) E[i] += dt / 6 * (a[i] + 2 * b[i] + 2 * c[i] + d[i]);
   }
   system.temperature(E, T);
-  system.prescribed_temperatures(end, T);
+  system.set_known(end, T);
   return {T.begin(), T.begin() + static_cast<std::ptrdiff_t>(n)};
 }
 

@@ -8,7 +8,7 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "cloud/shapes.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/pair_conduction.hpp"
 #include "conduction/sph.hpp"
 
 namespace calor {
@@ -45,9 +45,14 @@ struct Weights {
 inline Weights sph_weights(const Cloud& cloud, double smoothing) {
   Weights w;
   w.neighbours = find_neighbours(cloud, sph_reach(smoothing));
-  const auto sites = sph_consistent(cloud, w.neighbours, smoothing, w.report);
-  w.G.assign(sites.weights().begin(), sites.weights().end());
+  w.G = sph_consistent_weights(cloud, w.neighbours, smoothing, w.report);
   return w;
+}
+
+/// Conduction by the consistent pairs of SPH.
+inline PairConduction sph_pairs(const Cloud& cloud, double smoothing) {
+  Weights w = sph_weights(cloud, smoothing);
+  return {cloud, std::move(w.neighbours), std::move(w.G)};
 }
 
 /// The Jacobian as a sparse matrix; one rank.

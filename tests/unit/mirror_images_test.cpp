@@ -133,10 +133,10 @@ TEST(MirrorImages, LeaveTheExactLatticeWeightsOfSphAsTheyAre) {
     CorrectionReport report;
     auto G = sph_consistent_weights(cloud, mirrored.neighbours, 1, report);
     EXPECT_TRUE(report.lattice_shortcut);
-    const PairSites folded = fold_images(cloud, std::move(mirrored), std::move(G), Layers::odd);
-    ASSERT_EQ(folded.weights().size(), plain.G.size());
-    for (std::size_t n = 0; n < plain.G.size(); ++n) EXPECT_NEAR(folded.weights()[n], plain.G[n], 1e-14);
-    EXPECT_EQ(folded.wall_bonds(), nullptr);
+    const PairTerms folded = fold_images(cloud, std::move(mirrored), std::move(G), Layers::odd, {});
+    ASSERT_EQ(folded.pairs->weights().size(), plain.G.size());
+    for (std::size_t n = 0; n < plain.G.size(); ++n) EXPECT_NEAR(folded.pairs->weights()[n], plain.G[n], 1e-14);
+    EXPECT_EQ(folded.images, nullptr);
   }
 }
 
@@ -148,7 +148,7 @@ struct Built {
 
   explicit Built(const std::string& text, MPI_Comm comm = MPI_COMM_SELF)
       : description(Case::parse(text, "test.toml")), model(build_model(description, comm, phases)) {}
-  const HeatSystem& system() const { return *model.system; }
+  HeatSystem& system() const { return *model.system; }
   const Cloud& cloud() const { return *model.cloud; }
 };
 
@@ -187,8 +187,8 @@ TEST(MirrorImages, GiveAnExactJacobian) {
     for (const bool is_cube : {false, true}) {
       SCOPED_TRACE(conductivity);
       const Built built(walls_case(is_cube ? cube : square, conductivity, is_cube ? two_walls : two_walls_2d));
-      const HeatSystem& system = built.system();
-      ASSERT_NE(system.sites().wall_bonds(), nullptr);
+      HeatSystem& system = built.system();
+      ASSERT_EQ(system.discretisation().walls.size(), 1u);
       const int N = built.cloud().owned;
       std::vector<double> T = scattered(built.cloud()), plus(N), minus(N), power(system.accounts().size());
       Mat J = system.create_jacobian();
@@ -217,7 +217,7 @@ TEST(MirrorImages, BookTheirHeatToTheBoundaryThatHoldsTheWall) {
   for (const auto& text : {walls_case(square, "{ formula = \"1 + x*T/300\", unit = \"W/(m K)\" }", two_walls_2d),
                            walls_case(cube, "{ formula = \"1 + (T/400)^2\", unit = \"W/(m K)\" }", two_walls)}) {
     const Built built(text);
-    const HeatSystem& system = built.system();
+    HeatSystem& system = built.system();
     std::vector<double> T = scattered(built.cloud()), F(built.cloud().owned), power(system.accounts().size());
     system.rate(0.2, T, F, power);
     double size = 0, in = 0, boundaries = 0;
@@ -254,7 +254,7 @@ TEST(MirrorImages, StandEvenOnOneSideOfAWallAndOddOnTheOther) {
                                   "[boundary.part]\non = \"xmin\"\nwhere = \"y < 0.42\"\ntemperature = \"500 K\"\n");
     text.replace(text.find("peridynamics"), 12, method);
     const Built built(text);
-    const HeatSystem& system = built.system();
+    HeatSystem& system = built.system();
     Mat J = system.create_jacobian();
     std::vector<double> T = scattered(built.cloud()), F(built.cloud().owned), power(1);
     system.jacobian(0, T, 0, 1, J);
@@ -267,7 +267,7 @@ TEST(MirrorImages, StandEvenOnOneSideOfAWallAndOddOnTheOther) {
     for (const double f : F) in += f, size += std::abs(f);
     EXPECT_NEAR(in, power[0], 1e-13 * size);
     // Heat comes in next to the prescribed part alone.
-    const WallBonds& bonds = *system.sites().wall_bonds();
+    const ImageBonds& bonds = dynamic_cast<const ImageConduction&>(*system.discretisation().walls.at(0)).bonds();
     for (const int i : bonds.point) EXPECT_LT(built.cloud().x[i].y, 0.42 + 0.26);
   }
 }

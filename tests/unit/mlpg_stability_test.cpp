@@ -70,8 +70,8 @@ TEST(MlpgStability, StartUpMarchSeparatesStableFromUnstableSchemes) {
     o.flux = MlpgFlux::parameters;
     o.support.spacings = support;
     MlpgReport report;
-    const auto sites = mlpg_sites(cloud, o, report);
-    return start_up_growth(cloud, sites);
+    const auto scheme = mlpg_scheme(cloud, o, report);
+    return start_up_growth(cloud, *scheme.conduction);
   };
   for (const double jitter : {0.0, 0.2}) EXPECT_LT(growth(jitter, 1.6), 1);
   EXPECT_GT(growth(0.0, 2.0), 1e3);
@@ -83,8 +83,8 @@ TEST(MlpgSpheres, FillHalfAndQuarterCirclesAtWallsAndCorners) {
   auto o = MlpgOptions::defaults(2, true);
   o.subdomain = MlpgSubdomain::sphere;
   MlpgReport report;
-  const auto sites = mlpg_sites(cloud, o, report);
-  const CellQuadrature& cells = *sites.capacity_quadrature();
+  const auto scheme = mlpg_scheme(cloud, o, report);
+  const CellQuadrature& cells = *scheme.conduction->rows().cells;
   for (int i = 0; i < cloud.owned; ++i) {
     double volume = 0;
     Vec3 first;
@@ -93,8 +93,8 @@ TEST(MlpgSpheres, FillHalfAndQuarterCirclesAtWallsAndCorners) {
       first += cells.volume[q] * (cells.x[q] - cloud.x[i]);
     }
     Vec3 closed;
-    for (std::size_t q = 0; q < sites.faces().size(); ++q)
-      if (sites.faces().a[q] == i) closed += sites.faces().area[q];
+    for (std::size_t q = 0; q < scheme.conduction->faces().size(); ++q)
+      if (scheme.conduction->faces().a[q] == i) closed += scheme.conduction->faces().area[q];
     if (cloud.on_faces[i] == 0) {
       EXPECT_NEAR(volume / cloud.volume[i], 1, 1e-12);
       EXPECT_LE(norm(closed), 1e-15);

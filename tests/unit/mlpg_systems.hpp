@@ -24,23 +24,24 @@ inline Sparse matrix(const SparseRows& rows, int columns) {
   return A;
 }
 
-/// A conductivity of `k` wherever the sites want it.
-inline std::vector<double> everywhere(const Cloud& cloud, const MlpgSites& sites, double k) {
-  return std::vector<double>(sites.conduction_quadrature() ? sites.faces().size() : cloud.x.size(), k);
+/// A conductivity of `k` wherever the scheme wants it.
+inline std::vector<double> everywhere(const Cloud& cloud, const FaceConduction& faces, double k) {
+  return std::vector<double>(faces.is_nodal() ? cloud.x.size() : faces.faces().size(), k);
 }
 
 struct MlpgSystem {
-  MlpgSystem(const Cloud& cloud, const MlpgOptions& options) : cloud(cloud), sites(mlpg_sites(cloud, options, report)) {
+  MlpgSystem(const Cloud& cloud, const MlpgOptions& options) : cloud(cloud), scheme(mlpg_scheme(cloud, options, report)) {
+    const FaceConduction& faces = *scheme.conduction;
     const int n = cloud.owned;
-    const std::vector<double> one = everywhere(cloud, sites, 1), none;
+    const std::vector<double> one = everywhere(cloud, faces, 1), none;
     SparseJacobian J;
-    sites.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = none, .theta = none}, none, J);
+    faces.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = none, .theta = none}, none, J);
     K = -J.matrix(n);
     Phi = Sparse(n, n), C = Sparse(n, n);
     Phi.setIdentity();
-    if (const SparseRows* phi = sites.point_values()) Phi = matrix(*phi, n);
+    if (!faces.is_nodal()) Phi = matrix(faces.rows().value, n);
     std::vector<Eigen::Triplet<double>> volumes;
-    const CellQuadrature* cells = sites.capacity_quadrature();
+    const CellQuadrature* cells = faces.rows().cells ? &*faces.rows().cells : nullptr;
     for (int i = 0; i < n; ++i) {
       if (!cells) volumes.emplace_back(i, i, cloud.volume[i]);
       for (auto q = cells ? cells->cell[i] : 0; cells && q < cells->cell[i + 1]; ++q)
@@ -84,7 +85,7 @@ struct MlpgSystem {
   /// Temperatures of the points at time t in an insulated body: Crank-Nicolson.
   Vector cooled(const Field& T_start, double t, int steps) const {
     Vector T = at_points(T_start);
-    if (sites.point_values()) T = Eigen::SparseLU<Sparse>(Phi).solve(T).eval();
+    if (!scheme.conduction->is_nodal()) T = Eigen::SparseLU<Sparse>(Phi).solve(T).eval();
     const double dt = t / steps;
     const Eigen::SparseLU<Sparse> lu(Sparse(C / dt + 0.5 * K));
     for (int n = 0; n < steps; ++n) T = lu.solve(Vector(C * T / dt - 0.5 * (K * T))).eval();
@@ -104,7 +105,7 @@ struct MlpgSystem {
 
   const Cloud& cloud;
   MlpgReport report;
-  MlpgSites sites;
+  MlpgScheme scheme;
   Sparse K, C, Phi;
 };
 

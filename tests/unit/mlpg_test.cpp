@@ -51,11 +51,11 @@ TEST(Mlpg, CellsCloseWithTheirShareOfTheSurface) {
   for (const auto& [name, cloud] : clouds()) {
     SCOPED_TRACE(name);
     MlpgReport report;
-    const auto sites = mlpg_sites(cloud, options(cloud, MlpgFlux::parameters), report);
+    const auto scheme = mlpg_scheme(cloud, options(cloud, MlpgFlux::parameters), report);
     std::vector<Vec3> sum(cloud.area.begin(), cloud.area.end());
-    for (std::size_t q = 0; q < sites.faces().size(); ++q) {
-      sum[sites.faces().a[q]] += sites.faces().area[q];
-      sum[sites.faces().b[q]] -= sites.faces().area[q];
+    for (std::size_t q = 0; q < scheme.conduction->faces().size(); ++q) {
+      sum[scheme.conduction->faces().a[q]] += scheme.conduction->faces().area[q];
+      sum[scheme.conduction->faces().b[q]] -= scheme.conduction->faces().area[q];
     }
     double largest = 0;
     for (int i = 0; i < cloud.owned; ++i)
@@ -77,9 +77,9 @@ TEST(Mlpg, ReproducesLinearTemperaturesAndTheirFlux) {
     double largest = 0;
     for (int i = 0; i < cloud.owned; ++i) largest = std::max(largest, std::abs(heat[i] - dot(slope, cloud.area[i])));
     EXPECT_LE(largest / (7 * std::pow(0.1, cloud.dimension - 1) * cloud.cross_section), 1e-11);
-    const std::vector<double> k = everywhere(cloud, s.sites, 50);
+    const std::vector<double> k = everywhere(cloud, *s.scheme.conduction, 50);
     std::vector<Vec3> q(cloud.owned);
-    s.sites.heat_flux({.k = k, .dk_dT = {}, .theta = {}}, {linear.data(), static_cast<std::size_t>(linear.size())}, q);
+    s.scheme.conduction->heat_flux({.k = k, .dk_dT = {}, .theta = {}}, {linear.data(), static_cast<std::size_t>(linear.size())}, q);
     for (const Vec3& flux : q) EXPECT_LE(norm(flux + 50 * slope), 1e-8);
   });
 }
@@ -87,14 +87,14 @@ TEST(Mlpg, ReproducesLinearTemperaturesAndTheirFlux) {
 TEST(Mlpg, ConservesHeatAndKeepsUniformTemperaturesUniform) {
   for_every_scheme([](const Cloud& cloud, const MlpgOptions& o) {
     MlpgReport report;
-    const auto sites = mlpg_sites(cloud, o, report);
-    std::vector<double> k = everywhere(cloud, sites, 40), T, F(cloud.owned), uniform(cloud.local(), 293.15);
+    const auto scheme = mlpg_scheme(cloud, o, report);
+    std::vector<double> k = everywhere(cloud, *scheme.conduction, 40), T, F(cloud.owned), uniform(cloud.local(), 293.15);
     for (std::size_t q = 0; q < k.size(); ++q) k[q] += 9 * std::sin(static_cast<double>(q));
     for (int i = 0; i < cloud.local(); ++i) T.push_back(300 + 50 * std::cos(3.0 * i));
     const Conductivity conductivity{.k = k, .dk_dT = {}, .theta = {}};
-    sites.add_rate(conductivity, uniform, F);
+    scheme.conduction->add_rate(conductivity, uniform, F);
     for (double f : F) EXPECT_EQ(f, 0);
-    sites.add_rate(conductivity, T, F);
+    scheme.conduction->add_rate(conductivity, T, F);
     double total = 0, size = 0;
     for (double f : F) total += f, size += std::abs(f);
     EXPECT_LE(std::abs(total), 1e-14 * size);
@@ -104,14 +104,14 @@ TEST(Mlpg, ConservesHeatAndKeepsUniformTemperaturesUniform) {
 TEST(Mlpg, HasTheJacobianOfItsRate) {
   for_every_scheme([](const Cloud& cloud, const MlpgOptions& o) {
     MlpgReport report;
-    const auto sites = mlpg_sites(cloud, o, report);
+    const auto scheme = mlpg_scheme(cloud, o, report);
     const int n = cloud.local();
-    // k = 2 + T + T^2/10 where the sites want it, theta its integral.
+    // k = 2 + T + T^2/10 where the scheme wants it, theta its integral.
     const auto property = [&](const std::vector<double>& T, int derivative) {
       std::vector<double> at = T;
-      if (const QuadraturePoints* places = sites.conduction_quadrature()) {
-        at.resize(places->x.size());
-        places->phi.apply(T, at);
+      if (const FaceConduction& faces = *scheme.conduction; !faces.is_nodal()) {
+        at.resize(faces.rows().conduction.x.size());
+        faces.rows().conduction.phi.apply(T, at);
       }
       for (double& v : at)
         v = derivative < 0 ? 2 * v + v * v / 2 + v * v * v / 30 : derivative == 0 ? 2 + v + v * v / 10 : 1 + v / 5;
@@ -120,7 +120,7 @@ TEST(Mlpg, HasTheJacobianOfItsRate) {
     const auto rate = [&](const std::vector<double>& T, Mean mean) {
       const auto k = property(T, 0), theta = property(T, -1);
       std::vector<double> F(cloud.owned);
-      sites.add_rate({.mean = mean, .k = k, .dk_dT = {}, .theta = theta}, T, F);
+      scheme.conduction->add_rate({.mean = mean, .k = k, .dk_dT = {}, .theta = theta}, T, F);
       return F;
     };
     std::vector<double> T(n);
@@ -129,7 +129,7 @@ TEST(Mlpg, HasTheJacobianOfItsRate) {
     for (const Mean mean : {Mean::integral, Mean::arithmetic, Mean::harmonic}) {
       const auto k = property(T, 0), dk_dT = property(T, 1);
       SparseJacobian J;
-      sites.add_jacobian({.mean = mean, .k = k, .dk_dT = dk_dT, .theta = {}}, T, J);
+      scheme.conduction->add_jacobian({.mean = mean, .k = k, .dk_dT = dk_dT, .theta = {}}, T, J);
       const Vector predicted = J.matrix(n) * step;
       constexpr double e = 1e-5;
       auto more = T, less = T;
@@ -179,9 +179,9 @@ TEST(Mlpg, VirtualFacesOfNearestNeighboursAreTheFacesOfBoxes) {
   for (int i = 0; i < cloud.owned; ++i) {
     if (cloud.on_faces[i] != 0) continue;
     EXPECT_NEAR(s.K.coeff(i, i), 6 * 0.1, 1e-14);
-    EXPECT_EQ(s.sites.coupled(i).size(), 6u);
+    EXPECT_EQ(s.scheme.conduction->coupled(i).size(), 6u);
   }
-  EXPECT_TRUE(s.sites.symmetric(Mean::arithmetic, false));
+  EXPECT_TRUE(s.scheme.conduction->traits().is_symmetric);
 }
 
 TEST(MlpgParallel, DoesNotDependOnTheNumberOfRanks) {
@@ -193,14 +193,14 @@ TEST(MlpgParallel, DoesNotDependOnTheNumberOfRanks) {
       for (const int w : {0, 1}) {
         const Cloud& cloud = w == 0 ? parts[c].cloud : whole[c].cloud;
         MlpgReport report;
-        const auto sites = mlpg_sites(cloud, options(cloud, flux), report);
-        const std::vector<double> k = everywhere(cloud, sites, 2);
+        const auto scheme = mlpg_scheme(cloud, options(cloud, flux), report);
+        const std::vector<double> k = everywhere(cloud, *scheme.conduction, 2);
         std::vector<double> T, F(cloud.owned);
         for (int i = 0; i < cloud.local(); ++i)
           T.push_back(300 + 50 * std::cos(3.0 * static_cast<double>(cloud.id[i])));
-        sites.add_rate({.k = k, .dk_dT = {}, .theta = {}}, T, F);
+        scheme.conduction->add_rate({.k = k, .dk_dT = {}, .theta = {}}, T, F);
         for (int i = 0; i < cloud.owned; ++i) squares[w].push_back(F[i] * F[i]);
-        if (const CellQuadrature* cells = sites.capacity_quadrature())
+        if (const auto& cells = scheme.conduction->rows().cells)
           for (std::size_t q = 0; q < cells->x.size(); ++q)
             squares[w].push_back(std::pow(cells->volume[q] * cells->phi.times(q, T), 2));
       }

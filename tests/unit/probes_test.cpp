@@ -146,15 +146,17 @@ TEST(Probes, TakeTemperaturesBetweenPointsFromTheShapeFunctionsOfTheMethod) {
   // not its parameter.
   const Cloud cloud = box_cloud({9, 8}, 0.125, {.jitter = 0.2});
   MlpgReport report;
-  const MlpgSites sites = mlpg_sites(cloud, MlpgOptions::defaults(2, false), report);
+  MlpgScheme scheme = mlpg_scheme(cloud, MlpgOptions::defaults(2, false), report);
+  const SparseRows& phi = scheme.conduction->rows().value;
+  const Dofs dofs(cloud, phi, std::move(scheme.shapes));
   const Vec3 on_a_point = cloud.x[30], between{0.31, 0.47}, at_a_wall{0.2, 0};
-  const Probes probes(cloud, {"on", "between", "wall"}, {on_a_point, between, at_a_wall}, &sites);
+  const Probes probes(cloud, {"on", "between", "wall"}, {on_a_point, between, at_a_wall}, &dofs);
   const auto linear = field(cloud, 1), rough = field(cloud, 9);
   const auto T = probes.temperatures(linear);
   EXPECT_NEAR(T[0], polynomial(on_a_point, 1, 2), 1e-13);
   EXPECT_NEAR(T[1], polynomial(between, 1, 2), 1e-13);
   EXPECT_NEAR(T[2], polynomial(at_a_wall, 1, 2), 1e-13);
-  EXPECT_NEAR(probes.temperatures(rough)[0], sites.point_values()->times(30, rough), 1e-13);
+  EXPECT_NEAR(probes.temperatures(rough)[0], phi.times(30, rough), 1e-13);
   EXPECT_NE(probes.temperatures(rough)[0], rough[30]);
 }
 
@@ -172,10 +174,11 @@ TEST(ProbesParallel, GiveTheSameBitsOnAnyNumberOfRanks) {
   EXPECT_EQ(Probes(a, names, places).sample(field(a, 5)), Probes(b, names, places).sample(field(b, 5)));
   const auto by_shape_functions = [&](const Cloud& cloud) {
     MlpgReport report;
-    const MlpgSites sites = mlpg_sites(cloud, MlpgOptions::defaults(2, true), report);
+    MlpgScheme scheme = mlpg_scheme(cloud, MlpgOptions::defaults(2, true), report);
+    const Dofs dofs(cloud, scheme.conduction->rows().value, std::move(scheme.shapes));
     std::vector<double> T;
     for (const Vec3& x : cloud.x) T.push_back(polynomial(x, 5, 2));
-    return Probes(cloud, names, places, &sites).temperatures(T);
+    return Probes(cloud, names, places, &dofs).temperatures(T);
   };
   EXPECT_EQ(by_shape_functions(a), by_shape_functions(b));
 }

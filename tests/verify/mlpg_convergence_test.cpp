@@ -40,7 +40,7 @@ std::string unit_square_case(int n, double jitter, int seed, const std::string& 
 
 /// Root of the mean square of T - exact, weighted with the volumes.
 double rms_error(const CaseModel& m, State state, const Field& exact) {
-  const std::span<const double> T = m.system().values(state.T);
+  const std::vector<double> T = m.system().temperatures(state.T);
   double square = 0;
   for (int i = 0; i < m.cloud().owned; ++i) square += m.cloud().volume[i] * std::pow(T[i] - exact(m.cloud().x[i]), 2);
   return std::sqrt(square);

@@ -1,4 +1,4 @@
-#include "solve/nodal_values.hpp"
+#include "conduction/dofs.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -32,7 +32,10 @@ void fill_in_blocks(PC preconditioner, int levels) {
 
 }  // namespace
 
-NodalValues::NodalValues(const Cloud& cloud, const SparseRows& phi) : cloud_(cloud), phi_(phi) {
+Dofs::Dofs(const Cloud& cloud) : cloud_(cloud) {}
+
+Dofs::Dofs(const Cloud& cloud, const SparseRows& phi, ShapeFunctions shapes)
+    : cloud_(cloud), phi_(&phi), shapes_(std::move(shapes)) {
   std::vector<PetscInt> diagonal(cloud.owned), off_diagonal(cloud.owned), numbers;
   for (int i = 0; i < cloud.owned; ++i)
     for (std::int64_t n = phi.row[i]; n < phi.row[i + 1]; ++n)
@@ -70,7 +73,7 @@ NodalValues::NodalValues(const Cloud& cloud, const SparseRows& phi) : cloud_(clo
   KSPSetFromOptions(solver_);
 }
 
-void NodalValues::factorise() {
+void Dofs::factorise() {
   is_direct_ = true;
   PC preconditioner = nullptr;
   KSPGetPC(solver_, &preconditioner);
@@ -79,7 +82,7 @@ void NodalValues::factorise() {
   PCFactorSetMatSolverType(preconditioner, size_of(cloud_.comm) == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS);
 }
 
-bool NodalValues::solve() {
+bool Dofs::solve_linear() {
   KSPSolve(solver_, right_, solution_);
   double left = 0, size = 0;
   MatResidual(matrix_, right_, solution_, left_);
@@ -88,7 +91,7 @@ bool NodalValues::solve() {
   return left <= 1e-10 * size;
 }
 
-NodalValues::~NodalValues() {
+Dofs::~Dofs() {
   KSPDestroy(&solver_);
   VecDestroy(&left_);
   VecDestroy(&right_);
@@ -96,37 +99,56 @@ NodalValues::~NodalValues() {
   MatDestroy(&matrix_);
 }
 
-void NodalValues::unknowns(std::span<const double> values, std::span<double> T) {
-  // The rows of Phi add up to 1, so the mean of the values needs no solution: uniform temperatures stay exact.
-  const double mean = sum(cloud_.comm, values) / static_cast<double>(cloud_.count);
-  std::vector<double> change(values.begin(), values.end());
+void Dofs::temperatures(std::span<const double> u, std::span<double> T) const {
+  if (phi_)
+    phi_->apply(u, T);
+  else
+    std::copy_n(u.begin(), T.size(), T.begin());
+}
+
+void Dofs::solve(std::span<const double> T, std::span<double> u) {
+  if (!phi_) return void(std::ranges::copy(T, u.begin()));
+  // The rows of Phi add up to 1, so the mean of the temperatures needs no solution: uniform ones stay exact.
+  const double mean = sum(cloud_.comm, T) / static_cast<double>(cloud_.count);
+  std::vector<double> dT(T.begin(), T.end());
   double largest = 0;
-  for (double& value : change) {
+  for (double& value : dT) {
     value -= mean;
     largest = std::max(largest, std::abs(value));
   }
-  std::fill_n(T.begin(), cloud_.owned, mean);
-  if (max(cloud_.comm, largest) > 1e-14 * std::abs(mean)) add(change, T);
+  std::fill_n(u.begin(), cloud_.owned, mean);
+  if (max(cloud_.comm, largest) > 1e-14 * std::abs(mean)) add(dT, u);
 }
 
-void NodalValues::add(std::span<const double> change, std::span<double> T) {
+void Dofs::add(std::span<const double> dT, std::span<double> u) {
+  if (!phi_) {
+    for (std::size_t i = 0; i < dT.size(); ++i) u[i] += dT[i];
+    return;
+  }
   double* right = nullptr;
   VecGetArray(right_, &right);
-  std::ranges::copy(change, right);
+  std::ranges::copy(dT, right);
   VecRestoreArray(right_, &right);
-  bool solved = solve();
+  bool solved = solve_linear();
   if (!solved && !is_direct_) {
     // Large graded clouds in the plane defeat the iterations.
     factorise();
-    solved = solve();
+    solved = solve_linear();
   }
   if (!solved)
-    throw Error(Fault::numbers, "the unknowns that give the temperatures of the points could not be found",
+    throw Error(Fault::numbers, "the parameters that give the temperatures of the points could not be found",
                 "use a smaller support, or points that are more regular");
   const double* solution = nullptr;
   VecGetArrayRead(solution_, &solution);
-  for (int i = 0; i < cloud_.owned; ++i) T[i] += solution[i];
+  for (int i = 0; i < cloud_.owned; ++i) u[i] += solution[i];
   VecRestoreArrayRead(solution_, &solution);
+}
+
+std::optional<SparseRows> Dofs::interpolation(std::span<const Vec3> x) const {
+  if (!phi_) return std::nullopt;
+  std::vector<double> R = shapes_.R;
+  ShapeRows rows = shape_rows(cloud_, shapes_.mls, shapes_.size, R, x, {});
+  return SparseRows{std::move(rows.row), std::move(rows.column), std::move(rows.phi)};
 }
 
 }  // namespace calor

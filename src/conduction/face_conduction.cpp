@@ -1,4 +1,4 @@
-#include "conduction/mlpg_sites.hpp"
+#include "conduction/face_conduction.hpp"
 
 #include <Eigen/LU>
 #include <algorithm>
@@ -9,24 +9,16 @@
 
 namespace calor {
 
-namespace {
-
-std::span<const std::int32_t> columns(const SparseRows& rows, std::size_t r) {
-  return {rows.column.data() + rows.row[r], static_cast<std::size_t>(rows.row[r + 1] - rows.row[r])};
-}
-
-}  // namespace
-
-MlpgSites::MlpgSites(const Cloud& cloud, Faces faces, MlpgRows rows, bool nodal)
-    : cloud_(cloud), faces_(std::move(faces)), rows_(std::move(rows)), nodal_(nodal) {
+FaceConduction::FaceConduction(const Cloud& cloud, Faces faces, FaceRows rows, bool nodal)
+    : Conduction(nodal ? Evaluation::nodes : Evaluation::nodes + 1), cloud_(cloud), faces_(std::move(faces)), rows_(std::move(rows)), nodal_(nodal) {
   for (std::size_t q = 0; q < faces_.size(); ++q)
-    for (const int j : columns(rows_.flux, q)) two_point_ = two_point_ && (j == faces_.a[q] || j == faces_.b[q]);
+    for (const int j : rows_.flux.columns(q)) two_point_ = two_point_ && (j == faces_.a[q] || j == faces_.b[q]);
   two_point_ = !any(cloud.comm, !two_point_);  // a rank of few faces must choose the same solvers as the others
   order_sides();
   find_coupled();
 }
 
-void MlpgSites::order_sides() {
+void FaceConduction::order_sides() {
   first_side_.assign(cloud_.owned + 1, 0);
   const auto for_each_side = [&](const auto& use) {
     for (std::size_t q = 0; q < faces_.size(); ++q) {
@@ -50,7 +42,7 @@ void MlpgSites::order_sides() {
   }
 }
 
-void MlpgSites::find_coupled() {
+void FaceConduction::find_coupled() {
   first_coupled_ = {0};
   std::vector<int> seen_by(cloud_.local(), -1);
   for (int i = 0; i < cloud_.owned; ++i) {
@@ -60,13 +52,13 @@ void MlpgSites::find_coupled() {
         if (std::exchange(seen_by[j], i) != i) coupled_.push_back(j);
     };
     for (const Side& s : sides(i)) {
-      see(columns(rows_.flux, s.face));
-      if (!nodal_) see(columns(rows_.conduction.phi, s.face));
+      see(rows_.flux.columns(s.face));
+      if (!nodal_) see(rows_.conduction.phi.columns(s.face));
     }
     if (!nodal_) {
-      see(columns(rows_.value, i));
+      see(rows_.value.columns(i));
       for (auto q = rows_.cells ? rows_.cells->cell[i] : 0; rows_.cells && q < rows_.cells->cell[i + 1]; ++q)
-        see(columns(rows_.cells->phi, q));
+        see(rows_.cells->phi.columns(q));
     }
     std::sort(coupled_.begin() + first_coupled_.back(), coupled_.end(),
               [&](std::int32_t j, std::int32_t l) { return cloud_.id[j] < cloud_.id[l]; });
@@ -74,7 +66,7 @@ void MlpgSites::find_coupled() {
   }
 }
 
-double MlpgSites::slope(std::size_t q, std::span<const double> T) const {
+double FaceConduction::slope(std::size_t q, std::span<const double> T) const {
   // The rows sum to zero; with differences a uniform temperature gives no flux at all, to the last bit.
   const SparseRows& g = rows_.flux;
   const double T_a = T[faces_.a[q]];
@@ -83,17 +75,17 @@ double MlpgSites::slope(std::size_t q, std::span<const double> T) const {
   return sum;
 }
 
-double MlpgSites::mean(const Conductivity& k, std::size_t q) const {
+double FaceConduction::mean(const Conductivity& k, std::size_t q) const {
   if (!nodal_) return k.k[q];
   const double k_a = k.k[faces_.a[q]], k_b = k.k[faces_.b[q]];
   return k.mean == Mean::harmonic ? 2 * (k_a * k_b) / (k_a + k_b) : 0.5 * (k_a + k_b);
 }
 
-double MlpgSites::flow(const Conductivity& k, std::span<const double> T, std::size_t q) const {
+double FaceConduction::flow(const Conductivity& k, std::span<const double> T, std::size_t q) const {
   return nodal_ && k.mean == Mean::integral ? slope(q, k.theta) : mean(k, q) * slope(q, T);
 }
 
-void MlpgSites::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
+void FaceConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
   std::vector<double> f(faces_.size());
   for (std::size_t q = 0; q < f.size(); ++q) f[q] = flow(k, T, q);
   for (int i = 0; i < cloud_.owned; ++i) {
@@ -103,7 +95,7 @@ void MlpgSites::add_rate(const Conductivity& k, std::span<const double> T, std::
   }
 }
 
-void MlpgSites::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
+void FaceConduction::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
   std::vector<double> row(cloud_.local(), 0.0), values;
   std::vector<std::int32_t> columns;
   const SparseRows &g = rows_.flux, &phi = rows_.conduction.phi;
@@ -139,22 +131,18 @@ void MlpgSites::add_jacobian(const Conductivity& k, std::span<const double> T, J
   }
 }
 
-bool MlpgSites::symmetric(Mean mean, bool k_depends_on_T) const {
-  return two_point_ && (mean == Mean::integral || !k_depends_on_T);
-}
-
-void MlpgSites::add_row_bound(const Conductivity& k, std::span<double> bound) const {
+void FaceConduction::add_row_sums(const Conductivity& k, std::span<double> sums) const {
   struct RowSums final : JacobianEntries {
-    std::span<double> bound;
+    std::span<double> sums;
     void add(int row, std::span<const std::int32_t>, std::span<const double> values) override {
-      for (const double v : values) bound[row] += std::abs(v);
+      for (const double v : values) sums[row] += std::abs(v);
     }
-  } sums;
-  sums.bound = bound;
-  add_jacobian({.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}}, {}, sums);
+  } entries;
+  entries.sums = sums;
+  add_jacobian({.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}}, {}, entries);
 }
 
-void MlpgSites::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
+void FaceConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
   // q_i = M_i^-1 sum of (flow out of cell i) y with M_i = sum y (x) area, y from the point half way to its neighbour
   // (or to the face): exact for linear T.
   const int D = cloud_.dimension;
@@ -178,14 +166,7 @@ void MlpgSites::heat_flux(const Conductivity& k, std::span<const double> T, std:
   }
 }
 
-std::optional<SparseRows> MlpgSites::value_rows(std::span<const Vec3> places) const {
-  if (nodal_) return std::nullopt;
-  std::vector<double> R = rows_.shapes.R;
-  ShapeRows shapes = shape_rows(cloud_, rows_.shapes.mls, rows_.shapes.size, R, places, {});
-  return SparseRows{std::move(shapes.row), std::move(shapes.column), std::move(shapes.phi)};
-}
-
-std::span<const std::int32_t> MlpgSites::coupled(int i) const {
+std::span<const std::int32_t> FaceConduction::coupled(int i) const {
   return {coupled_.data() + first_coupled_[i], static_cast<std::size_t>(first_coupled_[i + 1] - first_coupled_[i])};
 }
 

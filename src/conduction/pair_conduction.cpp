@@ -1,4 +1,4 @@
-#include "conduction/pair_sites.hpp"
+#include "conduction/pair_conduction.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -38,18 +38,16 @@ double pair_conductivity(const Conductivity& k, std::int32_t i, std::int32_t j) 
 
 }  // namespace
 
-PairSites::PairSites(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, std::optional<WallRows> walls,
-                     std::optional<WallBonds> bonds, CrackBonds cracks)
-    : cloud_(cloud),
+PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, CrackBonds cracks)
+    : Conduction(Evaluation::nodes),
+      cloud_(cloud),
       neighbours_(std::move(neighbours)),
       G_(std::move(G)),
-      walls_(std::move(walls)),
-      bonds_(std::move(bonds)),
       closed_(std::move(cracks)) {
-  change(0);
+  apply(0);
 }
 
-void PairSites::change(double t) {
+void PairConduction::apply(double t) {
   const auto left = std::ranges::stable_partition(closed_.bonds, [&](const CrackBond& b) { return b.opens > t; });
   for (const CrackBond& bond : left) {
     const double G = bond.fraction * G_[bond.entry];
@@ -61,7 +59,7 @@ void PairSites::change(double t) {
 }
 
 template <class Flux>
-double PairSites::contact_flux(const Contact& c, const Conductivity& k, std::span<const double> T,
+double PairConduction::contact_flux(const Contact& c, const Conductivity& k, std::span<const double> T,
                                const Flux& flux) const {
   const std::int32_t i = c.point, j = neighbours_.column[c.entry];
   const double jump = T[j] - T[i], intact = flux(i, j);
@@ -70,14 +68,14 @@ double PairSites::contact_flux(const Contact& c, const Conductivity& k, std::spa
   return intact / (1 + K / c.contact);
 }
 
-void PairSites::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
+void PairConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
   with_flux(k, T, [&](const auto& flux) {
     add_pair_fluxes(cloud_.owned, neighbours_.row.data(), neighbours_.column.data(), G_.data(), flux, F.data());
     for (const Contact& c : contacts_) F[c.point] += c.G * contact_flux(c, k, T, flux);
   });
 }
 
-void PairSites::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
+void PairConduction::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
   std::vector<std::int32_t> columns;
   std::vector<double> values;
   for (std::int32_t i = 0; i < cloud_.owned; ++i) {
@@ -110,11 +108,7 @@ void PairSites::add_jacobian(const Conductivity& k, std::span<const double> T, J
   }
 }
 
-bool PairSites::symmetric(Mean mean, bool k_depends_on_T) const {
-  return !walls_ && (mean == Mean::integral || !k_depends_on_T);
-}
-
-void PairSites::add_row_bound(const Conductivity& k, std::span<double> bound) const {
+void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums) const {
   // |dF_i/dT_i| + sum_j |dF_i/dT_j| without dk/dT; with G >= 0 it is twice the diagonal for a constant k.
   const Conductivity frozen{.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}};
   for (std::int32_t i = 0; i < cloud_.owned; ++i) {
@@ -123,15 +117,15 @@ void PairSites::add_row_bound(const Conductivity& k, std::span<double> bound) co
       const auto d = flux_derivatives(frozen, 0, i, neighbours_.column[n]);
       sum += std::abs(G_[n]) * (std::abs(d.by_i) + std::abs(d.by_j));
     }
-    bound[i] += sum;
+    sums[i] += sum;
   }
   for (const Contact& c : contacts_) {
     const double K = pair_conductivity(k, c.point, neighbours_.column[c.entry]);
-    bound[c.point] += 2 * c.G * K / (1 + K / c.contact);
+    sums[c.point] += 2 * c.G * K / (1 + K / c.contact);
   }
 }
 
-void PairSites::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
+void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
   // q_i = -M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
   // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does.
   with_flux(k, T, [&](const auto& flux) {
@@ -154,11 +148,5 @@ void PairSites::heat_flux(const Conductivity& k, std::span<const double> T, std:
     }
   });
 }
-
-std::span<const std::int32_t> PairSites::coupled(int i) const { return neighbours_.of(i); }
-
-const WallRows* PairSites::wall_rows() const { return walls_ ? &*walls_ : nullptr; }
-
-const WallBonds* PairSites::wall_bonds() const { return bonds_ ? &*bonds_ : nullptr; }
 
 }  // namespace calor

@@ -1,10 +1,10 @@
 #pragma once
-// Flux sites of the pair methods: one symmetric weight G_ij per pair; every formula here is linear in G.
-#include <optional>
+// Conduction by pairs of points: one symmetric weight G_ij per pair; every formula here is linear in G.
+#include <vector>
 
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/flux_sites.hpp"
+#include "conduction/heat_term.hpp"
 
 namespace calor {
 
@@ -23,22 +23,21 @@ struct CrackBonds {
   std::vector<double> openings;
 };
 
-class PairSites final : public FluxSites {
+class PairConduction final : public Conduction {
  public:
   /// G[n] belongs to neighbours.column[n], m^3/m^2 = m; G_ij = G_ji to the last bit on both sides.
-  PairSites(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, std::optional<WallRows> walls = {},
-            std::optional<WallBonds> bonds = {}, CrackBonds cracks = {});
+  PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, CrackBonds cracks = {});
 
   void add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const override;
   void add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const override;
-  bool symmetric(Mean mean, bool k_depends_on_T) const override;
-  void add_row_bound(const Conductivity& k, std::span<double> bound) const override;
+  void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
   void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
-  std::span<const std::int32_t> coupled(int i) const override;
-  const WallRows* wall_rows() const override;
-  const WallBonds* wall_bonds() const override;
+  using Conduction::add_jacobian, Conduction::add_rate, Conduction::add_row_sums, Conduction::heat_flux;
+  std::span<const std::int32_t> coupled(int i) const override { return neighbours_.of(i); }
+  Traits traits() const override { return {.is_constant = closed_.openings.empty()}; }
   std::vector<double> events() const override { return closed_.openings; }
-  void change(double t) override;
+  /// Opens the cracks whose time has come.
+  void apply(double t) override;
 
   const Neighbours& neighbours() const { return neighbours_; }
   std::span<const double> weights() const { return G_; }
@@ -59,8 +58,6 @@ class PairSites final : public FluxSites {
   const Cloud& cloud_;
   Neighbours neighbours_;
   std::vector<double> G_;
-  std::optional<WallRows> walls_;
-  std::optional<WallBonds> bonds_;
   CrackBonds closed_;              ///< bonds of cracks that have not opened
   std::vector<Contact> contacts_;  ///< by entry
 };

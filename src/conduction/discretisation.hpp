@@ -1,0 +1,35 @@
+#pragma once
+// What a method makes of a cloud: the terms of conduction, the degrees of freedom and what they hold. Nothing that
+// takes it asks which method made it.
+#include <memory>
+#include <vector>
+
+#include "boundary/conditions.hpp"
+#include "cloud/cell_samples.hpp"
+#include "conduction/capacity.hpp"
+#include "conduction/constraint.hpp"
+#include "conduction/dofs.hpp"
+#include "conduction/heat_term.hpp"
+
+namespace calor {
+
+struct Discretisation {
+  std::unique_ptr<Conduction> conduction;        ///< between the points
+  std::vector<std::unique_ptr<HeatTerm>> walls;  ///< heat through walls of prescribed temperature that no point holds
+  std::vector<std::unique_ptr<Constraint>> constraints;  ///< in the order in which they are imposed
+  std::unique_ptr<Dofs> dofs;
+  std::unique_ptr<Capacity> capacity;
+  /// Where properties are wanted besides the nodes: these are the locations 1, 2, ... of an Evaluation.
+  std::vector<const QuadraturePoints*> locations;
+  /// The subdomains of the owned points, over which sources are integrated; null: the points' cells.
+  std::unique_ptr<CellSamples> subdomains;
+};
+
+/// For methods whose degrees of freedom are the temperatures of points that hold the heat of their cells: adds to
+/// their conduction what is the same for all. `massless`: rows of points that hold no heat, or null. Collective.
+Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& conditions,
+                                    std::unique_ptr<Conduction> conduction,
+                                    std::vector<std::unique_ptr<HeatTerm>> walls = {},
+                                    std::unique_ptr<Constraint> massless = {});
+
+}  // namespace calor
