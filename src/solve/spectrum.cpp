@@ -82,7 +82,10 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
   Mat J = create_jacobian();
   assemble(t, u, 0, 1, true, J);
   if (material().mean() == Mean::integral)
-    for (int i = 0; i < cloud_.owned; ++i) scale[i] = 1 / std::sqrt(at_.at(Evaluation::nodes).k()[i]);
+    collective_try(cloud_.comm, [&] {
+      const std::span<const double> k = at_.at(Evaluation::nodes).k();
+      for (int i = 0; i < cloud_.owned; ++i) scale[i] = 1 / std::sqrt(k[i]);
+    });
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;
   Vec x = nullptr, y = nullptr;
   MatCreateVecs(J, &x, &y);
