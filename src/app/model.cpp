@@ -102,7 +102,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   std::vector<MaterialField> materials;
   materials.emplace_back(c, *m.cloud, range);
   located(cloud_location, [&] {
-    phases.measure("weights", [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
+    phases.measure("weights",
+                   [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);

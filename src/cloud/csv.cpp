@@ -58,11 +58,10 @@ Columns find_columns(CsvReader& csv) {
   for (const CsvColumn& column : csv.columns()) {
     const SourceLocation header{.file = csv.path(), .line = 1};
     if (!known.contains(column.name))
-      throw Error(
-          Fault::bad_case, header,
-          fmt::format("'{}' is not a column of a cloud of {} dimension{}", column.name, c.dimension,
-                      c.dimension > 1 ? "s" : ""),
-          fmt::format("the columns are {}; further facets area2_x, ..., face2", fmt::join(known, ", ")));
+      throw Error(Fault::bad_case, header,
+                  fmt::format("'{}' is not a column of a cloud of {} dimension{}", column.name, c.dimension,
+                              c.dimension > 1 ? "s" : ""),
+                  fmt::format("the columns are {}; further facets area2_x, ..., face2", fmt::join(known, ", ")));
     if (!seen.insert(column.name).second)
       throw Error(Fault::bad_case, header, fmt::format("there are two columns '{}'", column.name), "remove one");
   }

@@ -147,7 +147,7 @@ void restore_along_faces(const Cloud& cloud, const Neighbours& neighbours, const
 }  // namespace
 
 PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
-                        CorrectionReport& report) {
+                             CorrectionReport& report) {
   const auto crossings = cracks.crossings(neighbours);
   if (std::ranges::any_of(cracks.all(), is_surface)) {
     const CutPairs cut_pairs = cut(cloud, cracks, neighbours, crossings, G);
@@ -185,14 +185,14 @@ PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbour
   return PairConduction(cloud, std::move(neighbours), std::move(G), std::move(bonds));
 }
 
-Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions,
-                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
-                           MethodReport& report) {
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
+                           std::vector<double> G, Layers layers, CorrectionReport& done, MethodReport& report) {
   if (!has_cracks(c)) return pair_discretisation(cloud, conditions, std::move(mirrored), std::move(G), layers);
   Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();
-  auto pairs = std::make_unique<PairConduction>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
+  auto pairs =
+      std::make_unique<PairConduction>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
   const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - pairs->neighbours().column.size()));
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());

@@ -24,7 +24,8 @@ enum class Purpose { rate, bound, jacobian };
 /// The material at one set of points: the nodes, or the quadrature points of a method.
 class Coefficients {
  public:
-  /// `phi`: temperatures there from the degrees of freedom; null: `begin` gets the temperatures. Both must outlive this.
+  /// `phi`: temperatures there from the degrees of freedom; null: `begin` gets the temperatures. Both must outlive
+  /// this.
   explicit Coefficients(const MaterialField& material, const SparseRows* phi = nullptr)
       : material_(&material), phi_(phi) {}
 

@@ -10,7 +10,11 @@
 namespace calor {
 
 FaceConduction::FaceConduction(const Cloud& cloud, Faces faces, FaceRows rows, bool nodal)
-    : Conduction(nodal ? Evaluation::nodes : Evaluation::nodes + 1), cloud_(cloud), faces_(std::move(faces)), rows_(std::move(rows)), nodal_(nodal) {
+    : Conduction(nodal ? Evaluation::nodes : Evaluation::nodes + 1),
+      cloud_(cloud),
+      faces_(std::move(faces)),
+      rows_(std::move(rows)),
+      nodal_(nodal) {
   for (std::size_t q = 0; q < faces_.size(); ++q)
     for (const int j : rows_.flux.columns(q)) two_point_ = two_point_ && (j == faces_.a[q] || j == faces_.b[q]);
   two_point_ = !any(cloud.comm, !two_point_);  // a rank of few faces must choose the same solvers as the others

@@ -1,8 +1,8 @@
 #pragma once
-// Conduction through the faces between cells: heat k_q sum_J g_qJ T_J flows from cell b to cell a, one row g_q a face point.
-// Where the unknowns are MLS parameters, k_q is that at the face point; where they are the temperatures of the points,
-// the mean of its two points, as for pairs, and k(T) alone is taken in exactly: k grad T = grad theta, theta = integral
-// k dT.
+// Conduction through the faces between cells: heat k_q sum_J g_qJ T_J flows from cell b to cell a, one row g_q a face
+// point. Where the unknowns are MLS parameters, k_q is that at the face point; where they are the temperatures of the
+// points, the mean of its two points, as for pairs, and k(T) alone is taken in exactly: k grad T = grad theta, theta =
+// integral k dT.
 #include <optional>
 #include <vector>
 
@@ -15,10 +15,10 @@ namespace calor {
 /// Rows over the degrees of freedom: parameters of moving least squares, or temperatures of the points, for which only
 /// `flux` is used.
 struct FaceRows {
-  SparseRows flux;                             ///< g_q at the face points, m
-  QuadraturePoints conduction;                 ///< the face points
-  std::optional<CellQuadrature> cells;         ///< none: a point holds the heat of its cell at its own temperature
-  SparseRows value;                            ///< Phi at the owned points
+  SparseRows flux;                      ///< g_q at the face points, m
+  QuadraturePoints conduction;          ///< the face points
+  std::optional<CellQuadrature> cells;  ///< none: a point holds the heat of its cell at its own temperature
+  SparseRows value;                     ///< Phi at the owned points
 };
 
 class FaceConduction final : public Conduction {

@@ -1,5 +1,6 @@
 #pragma once
-// The only step that knows the method: cloud in, discretisation out. A new method is a new file and a line in method.cpp.
+// The only step that knows the method: cloud in, discretisation out. A new method is a new file and a line in
+// method.cpp.
 #include <map>
 #include <memory>
 #include <string>
@@ -22,8 +23,8 @@ struct Method {
   /// How far its points see at most: sizes the ghosts.
   Support (*reach)(const Case& c);
   /// Cloud and conditions must outlive the discretisation. Collective; throws Error.
-  Discretisation (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
-                          MethodReport& report);
+  Discretisation (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                          const MaterialField& material, MethodReport& report);
 };
 
 /// Counts pairs for the report and refuses points with too few neighbours. Collective.

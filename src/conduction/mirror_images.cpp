@@ -194,7 +194,8 @@ PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vect
   G.resize(kept);
   all.image = {}, all.mirrors = {}, all.mirrored = {};
   PairTerms terms{std::make_unique<PairConduction>(cloud, std::move(all), std::move(G)), nullptr};
-  if (any(cloud.comm, !bonds.G.empty())) terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);
+  if (any(cloud.comm, !bonds.G.empty()))
+    terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);
   return terms;
 }
 

@@ -71,7 +71,7 @@ void gather_at_points(const Cloud& cloud, CellQuadrature& cells) {
 
 /// The walls of prescribed temperature, whose rows of shape functions begin at `first`.
 PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_t first,
-                           std::span<const PrescribedTerm> temperatures) {
+                         std::span<const PrescribedTerm> temperatures) {
   constexpr double alpha = 1e5;  // in conductivity / spacing: walls are off by 1e-5 of what T changes over a spacing
   PenaltyRows walls;
   for (const PrescribedTerm& term : temperatures) {
@@ -105,7 +105,8 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
   }
   MlpgScheme scheme{.conduction = nullptr, .shapes = {o.mls, o.support, report.supports.R}};
   if (o.prescribed == MlpgPrescribed::penalty)
-    scheme.walls = std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
+    scheme.walls =
+        std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
   const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
   rows.conduction.phi = values(shapes, 0, faces.size());
   if (rows.cells) rows.cells->phi = values(shapes, with_slope, in_cells);
@@ -254,7 +255,8 @@ Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& co
   if (rows.cells)
     d.capacity = std::make_unique<CellCapacity>(*rows.cells, 2);
   else
-    d.capacity = std::make_unique<LumpedCapacity>(std::vector(cloud.volume.begin(), cloud.volume.begin() + cloud.owned));
+    d.capacity =
+        std::make_unique<LumpedCapacity>(std::vector(cloud.volume.begin(), cloud.volume.begin() + cloud.owned));
   if (scheme.walls)
     d.walls.push_back(std::move(scheme.walls));
   else if (auto prescribed = prescribed_points(cloud, conditions.temperatures, *d.dofs, *d.capacity))
@@ -314,8 +316,8 @@ MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgRepor
       Subdomains spheres = sphere_subdomains(cloud, options.radius);
       auto subdomains = std::make_unique<CellSamples>(samples_of(spheres.cells));
       if (options.capacity == MlpgCapacity::one_point) gather_at_points(cloud, spheres.cells);
-      MlpgScheme scheme = parameter_scheme(cloud, options, std::move(spheres.faces), std::move(spheres.cells),
-                                           temperatures, report);
+      MlpgScheme scheme =
+          parameter_scheme(cloud, options, std::move(spheres.faces), std::move(spheres.cells), temperatures, report);
       scheme.subdomains = std::move(subdomains);
       return scheme;
     }

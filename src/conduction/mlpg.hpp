@@ -3,9 +3,9 @@
 // Petrov-Galerkin (MLPG) method, Tech Science Press, 2002): the heat balance of every cell, with the fluxes through its
 // faces from moving least squares.
 #include "cloud/cloud.hpp"
+#include "conduction/face_conduction.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/method.hpp"
-#include "conduction/face_conduction.hpp"
 #include "conduction/mls.hpp"
 #include "conduction/penalty_walls.hpp"
 #include "conduction/supports.hpp"
@@ -57,7 +57,7 @@ double mlpg_reach(const MlpgOptions& options);
 /// What the options make of a cloud.
 struct MlpgScheme {
   std::unique_ptr<FaceConduction> conduction;
-  ShapeFunctions shapes = {};                   ///< of parameters
+  ShapeFunctions shapes = {};                    ///< of parameters
   std::unique_ptr<CellSamples> subdomains = {};  ///< where they are not the points' cells
   std::unique_ptr<HeatTerm> walls = {};          ///< null: prescribed temperatures are collocated
 };

@@ -60,7 +60,7 @@ void PairConduction::apply(double t) {
 
 template <class Flux>
 double PairConduction::contact_flux(const Contact& c, const Conductivity& k, std::span<const double> T,
-                               const Flux& flux) const {
+                                    const Flux& flux) const {
   const std::int32_t i = c.point, j = neighbours_.column[c.entry];
   const double jump = T[j] - T[i], intact = flux(i, j);
   if (jump == 0) return 0;

@@ -16,8 +16,7 @@ class PrescribedPoints : public Constraint {
     for (const PrescribedTerm& term : terms) {
       is_constant_ = is_constant_ && !term.temperature.depends_on_time();
       std::vector<int>& at = index_.emplace_back();
-      for (int i : term.point)
-        at.push_back(static_cast<int>(std::ranges::lower_bound(points_, i) - points_.begin()));
+      for (int i : term.point) at.push_back(static_cast<int>(std::ranges::lower_bound(points_, i) - points_.begin()));
     }
   }
 
@@ -136,9 +135,8 @@ class CollocatedPoints final : public PrescribedPoints {
   void residual(Evaluation& at, std::span<double> c) override {
     const std::span<const double> T = at.T();
     for (int i : points_) c[i] = 0;
-    for_each_term(at.t(), [&](int n, double share, double T_star) {
-      c[points_[n]] += C_[n] * share * (T_star - T[points_[n]]);
-    });
+    for_each_term(
+        at.t(), [&](int n, double share, double T_star) { c[points_[n]] += C_[n] * share * (T_star - T[points_[n]]); });
   }
   void add_jacobian(Evaluation& /*at*/, JacobianEntries& J) override {
     for (std::size_t n = 0; n < points_.size(); ++n) J.add_nodal(points_[n], -C_[n]);

@@ -68,8 +68,7 @@ Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), f
 /// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
 /// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
 /// sum is not divided by its second moment, as printed.
-Discretisation paper_scheme(const Cloud& cloud, const Conditions& conditions, Neighbours neighbours,
-                            double smoothing) {
+Discretisation paper_scheme(const Cloud& cloud, const Conditions& conditions, Neighbours neighbours, double smoothing) {
   auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
   // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
   auto walls = zeta_rows(cloud, neighbours, G, conditions);
@@ -103,8 +102,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
 
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
-  auto discretisation =
-      with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  auto discretisation = with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
   return discretisation;
 }

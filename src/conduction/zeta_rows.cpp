@@ -90,10 +90,9 @@ ZetaRows::~ZetaRows() {
 }
 
 Traits ZetaRows::traits() const {
-  return {.is_symmetric = false,
-          .is_constant = std::ranges::all_of(fluxes_, [](const SurfaceTerm& term) {
-            return !term.flux->depends_on_temperature() || term.flux->linear_in_temperature();
-          })};
+  return {.is_symmetric = false, .is_constant = std::ranges::all_of(fluxes_, [](const SurfaceTerm& term) {
+                                   return !term.flux->depends_on_temperature() || term.flux->linear_in_temperature();
+                                 })};
 }
 
 double ZetaRows::difference(std::size_t n, std::span<const double> T) const {

@@ -1,6 +1,6 @@
 #pragma once
-// The properties of the whole body at the points where terms of the heat equation want them: every point belongs to a region, a
-// point on the interface of two layers to both with equal weights.
+// The properties of the whole body at the points where terms of the heat equation want them: every point belongs to a
+// region, a point on the interface of two layers to both with equal weights.
 #include <memory>
 #include <span>
 #include <string>

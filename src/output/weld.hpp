@@ -44,8 +44,8 @@ class WeldResults {
  public:
   /// By [weld]; nothing where the case has none. `start_E`: enthalpies before walls were imposed, J. Collective; throws
   /// Error.
-  static std::unique_ptr<WeldResults> make(const Case& c, HeatSystem& system, const Probes& probes,
-                                           const State& start, const std::vector<double>& start_E);
+  static std::unique_ptr<WeldResults> make(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
+                                           const std::vector<double>& start_E);
   /// From now on writes weld.csv and, in the end, cooling.csv; an empty folder writes nothing. Collective; throws
   /// Error.
   void open(const std::string& folder);

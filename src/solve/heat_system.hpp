@@ -154,8 +154,8 @@ class HeatSystem {
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
   Evaluation at_;
   std::vector<std::string> accounts_;
-  std::vector<Role> role_;        ///< of owned points
-  std::vector<char> is_known_;    ///< of local points: its degree of freedom
+  std::vector<Role> role_;      ///< of owned points
+  std::vector<char> is_known_;  ///< of local points: its degree of freedom
   std::vector<int> prescribed_;
   bool has_massless_points_ = false;
   double explicit_over_bound_ = 0;  ///< see explicit_rate_bound; 0: not yet known

@@ -13,10 +13,8 @@ namespace calor {
 StageSolver::StageSolver(HeatSystem& system)
     : system_(system),
       newton_(system,
-              {.residual =
-                   [this](std::span<double> T, std::span<double> R) {
-                     system_.residual(t_, T, gamma_dt_, known_, R);
-                   },
+              {.residual = [this](std::span<double> T,
+                                  std::span<double> R) { system_.residual(t_, T, gamma_dt_, known_, R); },
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
                .bend = steps_in_enthalpy(system)
                            ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }

@@ -36,8 +36,8 @@ const IntegratorKind& kind_of(const std::string& name) {
 std::string automatic(const Table& time, HeatSystem& system, State& start) {
   if (system.has_massless_points()) return "euler";
   // With parameters an explicit stage takes a solution too: it pays where Newton's method would take many.
-  const bool explicit_pays = system.dofs().are_temperatures() ||
-                             (system.capacity_is_lumped() && system.material().capacity_depends_on_T());
+  const bool explicit_pays =
+      system.dofs().are_temperatures() || (system.capacity_is_lumped() && system.material().capacity_depends_on_T());
   if (system.cloud().dimension == 1 || !explicit_pays) return "tr-bdf2";
   constexpr double many = 1e5;
   const double euler_steps = time.number("end") * system.explicit_rate_bound(start.t, start.T) / 2;

@@ -61,8 +61,8 @@ void Newton::choose_linear_solver(bool steady) {
   const bool symmetric = system_.jacobian_is_symmetric(), alone = size_of(cloud.comm) == 1;
   // Stencils that are not symmetric (MLPG) are wide: factors fill in soon, and coarse levels are no help.
   // In the plane a steady state still is worth a factorisation; the stages of a time step are well conditioned.
-  const bool wide = !system_.frozen_jacobian_is_symmetric() &&
-                    (cloud.dimension == 3 || (cloud.dimension == 2 && !steady));
+  const bool wide =
+      !system_.frozen_jacobian_is_symmetric() && (cloud.dimension == 3 || (cloud.dimension == 2 && !steady));
   // A factorisation fills in little for lines and planes, and is the most robust; bodies soon outgrow it.
   const std::int64_t most_rows_for_direct = wide ? 2'000 : cloud.dimension < 3 && alone ? 100'000 : 20'000;
   KSP solver;

@@ -28,8 +28,7 @@ class TrBdf2 final : public ImplicitStepper {
                          : march_adaptive(system, state, interval, fresh, after_step);
   }
 
-  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval,
-                   const AfterStep& after_step) {
+  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
     const EqualSteps steps(state.t, interval.end(), *options_.step);
     const double dt = steps.step();
     for (long n = 1; n <= steps.count(); ++n) {

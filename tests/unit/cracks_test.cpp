@@ -55,7 +55,8 @@ Cracked intact_by_bonds(const Cloud& cloud, double horizon) {
   return c;
 }
 
-PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing, CorrectionReport* report = {}) {
+PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing,
+                          CorrectionReport* report = {}) {
   Cracked c = intact(cloud, smoothing);
   PairConduction pairs = cracked_pairs(cloud, Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
   if (report) *report = c.report;
@@ -291,7 +292,8 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   const Cracked c = intact(cloud, 1);
   Crack crack = crack_of_the_plate;
   crack.opens = 2;
-  PairConduction pairs = cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
+  PairConduction pairs =
+      cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
   EXPECT_TRUE(std::ranges::equal(pairs.weights(), c.G));
   EXPECT_EQ(pairs.events(), std::vector<double>{2});
   pairs.apply(1.9);

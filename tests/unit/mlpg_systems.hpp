@@ -30,7 +30,8 @@ inline std::vector<double> everywhere(const Cloud& cloud, const FaceConduction& 
 }
 
 struct MlpgSystem {
-  MlpgSystem(const Cloud& cloud, const MlpgOptions& options) : cloud(cloud), scheme(mlpg_scheme(cloud, options, report)) {
+  MlpgSystem(const Cloud& cloud, const MlpgOptions& options)
+      : cloud(cloud), scheme(mlpg_scheme(cloud, options, report)) {
     const FaceConduction& faces = *scheme.conduction;
     const int n = cloud.owned;
     const std::vector<double> one = everywhere(cloud, faces, 1), none;

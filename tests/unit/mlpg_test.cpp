@@ -79,7 +79,8 @@ TEST(Mlpg, ReproducesLinearTemperaturesAndTheirFlux) {
     EXPECT_LE(largest / (7 * std::pow(0.1, cloud.dimension - 1) * cloud.cross_section), 1e-11);
     const std::vector<double> k = everywhere(cloud, *s.scheme.conduction, 50);
     std::vector<Vec3> q(cloud.owned);
-    s.scheme.conduction->heat_flux({.k = k, .dk_dT = {}, .theta = {}}, {linear.data(), static_cast<std::size_t>(linear.size())}, q);
+    s.scheme.conduction->heat_flux({.k = k, .dk_dT = {}, .theta = {}},
+                                   {linear.data(), static_cast<std::size_t>(linear.size())}, q);
     for (const Vec3& flux : q) EXPECT_LE(norm(flux + 50 * slope), 1e-8);
   });
 }
@@ -88,7 +89,8 @@ TEST(Mlpg, ConservesHeatAndKeepsUniformTemperaturesUniform) {
   for_every_scheme([](const Cloud& cloud, const MlpgOptions& o) {
     MlpgReport report;
     const auto scheme = mlpg_scheme(cloud, o, report);
-    std::vector<double> k = everywhere(cloud, *scheme.conduction, 40), T, F(cloud.owned), uniform(cloud.local(), 293.15);
+    std::vector<double> k = everywhere(cloud, *scheme.conduction, 40), T, F(cloud.owned),
+                        uniform(cloud.local(), 293.15);
     for (std::size_t q = 0; q < k.size(); ++q) k[q] += 9 * std::sin(static_cast<double>(q));
     for (int i = 0; i < cloud.local(); ++i) T.push_back(300 + 50 * std::cos(3.0 * i));
     const Conductivity conductivity{.k = k, .dk_dT = {}, .theta = {}};
