@@ -540,6 +540,45 @@ flux = "70 W/m^2"
   EXPECT_LE(largest_difference(at_rest.T, state.T), 1e-8);
 }
 
+TEST(AlgebraicWalls, AreMarchedAlikeByAllIntegratorsThatKnowThem) {
+  // Massless wall points follow the others without delay: what is left is the error of time, of the first order for the
+  // two Euler methods (which err to opposite sides), of the second for the others.
+  const std::string text =
+      box_case({"1 m", "0.6 m"}, {8, 6}) + simple_material({.k = "1 + 0.002*T", .rho = "1", .c = "1"}) + R"toml(
+[sph]
+correction = "paper"
+[initial]
+temperature = "350 K"
+[boundary.xmin]
+temperature = "300 K"
+[boundary.xmax]
+convection = { h = "3 W/(m^2 K)", ambient = "500 K" }
+radiation = { emissivity = 0.7, ambient = "400 K" }
+[boundary.ymin]
+flux = "70 W/m^2"
+[time]
+end = "0.1 s"
+)toml";
+  const auto at_end = [&](const auto& make, double step) {
+    const CaseModel m(text);
+    State state = m.start();
+    make(steps_of(step))->advance(m.system(), state, 0.1, go_on);
+    return state.T;
+  };
+  const auto exact = at_end(make_tr_bdf2, 2.5e-4);
+  const auto order = [&](const auto& make) {
+    const double coarse = largest_difference(at_end(make, 4e-3), exact),
+                 fine = largest_difference(at_end(make, 2e-3), exact);
+    EXPECT_LE(fine, 1);  // K, of a span of 200
+    return std::log2(coarse / fine);
+  };
+  EXPECT_NEAR(order(make_backward_euler), 1, 0.15);
+  EXPECT_NEAR(order(make_crank_nicolson), 2, 0.4);
+  EXPECT_NEAR(order(make_tr_bdf2), 2, 0.4);
+  const auto euler = at_end(make_euler, 5e-4), half = at_end(make_euler, 2.5e-4);
+  EXPECT_NEAR(largest_difference(euler, exact) / largest_difference(half, exact), 2, 0.2);
+}
+
 TEST(SteadyState, EndsATransientRunThatReachesIt) {
   const auto end_of = [](const std::string& bound) {
     const std::string text = box_case({"1 m"}, {9}) + simple + R"toml(
