@@ -1,6 +1,5 @@
 // The command: a thin layer that reads arguments, owns MPI and PETSc, and turns errors into exit codes.
 #include <fmt/format.h>
-#include <petscsys.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -12,6 +11,7 @@
 #include "app/run.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
+#include "base/petsc.hpp"
 #include "output/expect.hpp"
 #include "output/report.hpp"
 
@@ -44,6 +44,7 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
   int no_arguments = 1;  // all words on the command line are calor's own; PETSc reads PETSC_OPTIONS
   PetscCall(PetscInitialize(&no_arguments, &argv, nullptr, nullptr));
   PetscCall(PetscPopSignalHandler());
+  petsc::collect_errors();
   int code = 0;
   try {
     code = verb(PETSC_COMM_WORLD);

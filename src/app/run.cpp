@@ -124,6 +124,12 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     result.numbers["newton_iterations"] = report.newton_iterations;
     result.numbers["linear_iterations"] = static_cast<double>(report.linear_iterations);
     result.numbers["residual"] = report.residual;
+    result.numbers["imbalance"] = report.imbalance;
+    say(spdlog::level::debug,
+        fmt::format("steady after {} iterations: the largest imbalance of a point is {:.3g} W, the largest heat flow "
+                    "through one {:.6g} W{}",
+                    report.newton_iterations, report.imbalance, report.flow,
+                    report.at_round_off ? "; it fell no further: this is round-off" : ""));
     const auto T = owned();
     probe_log.record(state.t, state.T);
     show();

@@ -4,14 +4,15 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "base/petsc.hpp"
 #include "cloud/cloud.hpp"
 
 namespace calor {
 namespace {
 
 void broadcast(PetscSF forest, MPI_Datatype unit, const void* owned, void* ghosts) {
-  PetscCallAbort(PETSC_COMM_SELF, PetscSFBcastBegin(forest, unit, owned, ghosts, MPI_REPLACE));
-  PetscCallAbort(PETSC_COMM_SELF, PetscSFBcastEnd(forest, unit, owned, ghosts, MPI_REPLACE));
+  petsc::check(PetscSFBcastBegin(forest, unit, owned, ghosts, MPI_REPLACE));
+  petsc::check(PetscSFBcastEnd(forest, unit, owned, ghosts, MPI_REPLACE));
 }
 
 }  // namespace
@@ -29,15 +30,13 @@ Halo::Halo(MPI_Comm comm, int owned, std::span<const std::int64_t> ghost_global)
     owner[n].index = static_cast<PetscInt>(ghost_global[n] - *(next - 1));
   }
   PetscSF forest = nullptr;
-  PetscCallAbort(comm, PetscSFCreate(comm, &forest));
+  petsc::check(PetscSFCreate(comm, &forest));
   forest_ = std::shared_ptr<_p_PetscSF>(forest, [](PetscSF f) {
-    PetscBool finalized = PETSC_FALSE;
-    PetscFinalized(&finalized);
-    if (!finalized) PetscSFDestroy(&f);
+    if (!petsc::is_finalized()) PetscSFDestroy(&f);
   });
-  PetscCallAbort(comm, PetscSFSetGraph(forest, owned, static_cast<PetscInt>(owner.size()), nullptr, PETSC_COPY_VALUES,
-                                       owner.data(), PETSC_COPY_VALUES));
-  PetscCallAbort(comm, PetscSFSetUp(forest));
+  petsc::check(PetscSFSetGraph(forest, owned, static_cast<PetscInt>(owner.size()), nullptr, PETSC_COPY_VALUES,
+                               owner.data(), PETSC_COPY_VALUES));
+  petsc::check(PetscSFSetUp(forest));
 }
 
 void Halo::update(std::span<double> values) const {
@@ -55,10 +54,8 @@ void Halo::update(std::span<Vec3> values) const {
 
 void Halo::raise(std::span<double> values) const {
   if (!forest_) return;
-  PetscCallAbort(PETSC_COMM_SELF,
-                 PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
-  PetscCallAbort(PETSC_COMM_SELF,
-                 PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
+  petsc::check(PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
+  petsc::check(PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
   update(values);
 }
 

@@ -9,6 +9,8 @@
 namespace calor {
 namespace {
 
+using petsc::check;
+
 /// In the plane supports are wide and Phi is almost blind to some waves, but factors fill in little.
 std::int64_t most_rows_for_direct(const Cloud& cloud) {
   if (cloud.dimension == 3) return 2'000;
@@ -17,16 +19,16 @@ std::int64_t most_rows_for_direct(const Cloud& cloud) {
 
 /// Incomplete factors of the rows of each rank.
 void fill_in_blocks(PC preconditioner, int levels) {
-  PCSetType(preconditioner, PCBJACOBI);
-  PCSetUp(preconditioner);
+  check(PCSetType(preconditioner, PCBJACOBI));
+  check(PCSetUp(preconditioner));
   KSP* blocks = nullptr;
   PetscInt count = 0;
-  PCBJacobiGetSubKSP(preconditioner, &count, nullptr, &blocks);
+  check(PCBJacobiGetSubKSP(preconditioner, &count, nullptr, &blocks));
   for (PetscInt b = 0; b < count; ++b) {
     PC block = nullptr;
-    KSPGetPC(blocks[b], &block);
-    PCSetType(block, PCILU);
-    PCFactorSetLevels(block, levels);
+    check(KSPGetPC(blocks[b], &block));
+    check(PCSetType(block, PCILU));
+    check(PCFactorSetLevels(block, levels));
   }
 }
 
@@ -36,67 +38,44 @@ Dofs::Dofs(const Cloud& cloud) : cloud_(cloud) {}
 
 Dofs::Dofs(const Cloud& cloud, const SparseRows& phi, ShapeFunctions shapes)
     : cloud_(cloud), phi_(&phi), shapes_(std::move(shapes)) {
-  std::vector<PetscInt> diagonal(cloud.owned), off_diagonal(cloud.owned), numbers;
+  std::vector<PetscInt> diagonal(cloud.owned), off_diagonal(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i)
     for (std::int64_t n = phi.row[i]; n < phi.row[i + 1]; ++n)
       ++(phi.column[n] < cloud.owned ? diagonal : off_diagonal)[i];
-  MatCreate(cloud.comm, &matrix_);
-  MatSetSizes(matrix_, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE);
-  MatSetType(matrix_, MATAIJ);
-  MatSeqAIJSetPreallocation(matrix_, 0, diagonal.data());
-  MatMPIAIJSetPreallocation(matrix_, 0, diagonal.data(), 0, off_diagonal.data());
-  for (int i = 0; i < cloud.owned; ++i) {
-    numbers.clear();
-    for (std::int64_t n = phi.row[i]; n < phi.row[i + 1]; ++n)
-      numbers.push_back(static_cast<PetscInt>(cloud.global[phi.column[n]]));
-    const auto row = static_cast<PetscInt>(cloud.global[i]);
-    MatSetValues(matrix_, 1, &row, static_cast<PetscInt>(numbers.size()), numbers.data(), phi.value.data() + phi.row[i],
-                 INSERT_VALUES);
-  }
-  MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY);
-  MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY);
-  MatCreateVecs(matrix_, &solution_, &right_);
-  VecDuplicate(right_, &left_);
-  KSPCreate(cloud.comm, &solver_);
-  KSPSetOperators(solver_, matrix_, matrix_);
-  KSPSetOptionsPrefix(solver_, "values_");
+  matrix_ = petsc::create_matrix(cloud.comm, diagonal, off_diagonal);
+  const std::vector<PetscInt> numbers(cloud.global.begin(), cloud.global.end());
+  petsc::RowAdder rows(matrix_, numbers);
+  for (int i = 0; i < cloud.owned; ++i) rows.add(cloud.global[i], phi.columns(i), phi.values(i));
+  petsc::assemble(matrix_);
+  for (petsc::Vector* vector : {&solution_, &right_, &left_}) *vector = petsc::create_vector(matrix_);
+  check(KSPCreate(cloud.comm, solver_.out()));
+  check(KSPSetOperators(solver_, matrix_, matrix_));
+  check(KSPSetOptionsPrefix(solver_, "values_"));
   if (cloud.count <= most_rows_for_direct(cloud)) {
     factorise();
   } else {
     PC preconditioner = nullptr;
-    KSPGetPC(solver_, &preconditioner);
-    KSPSetType(solver_, KSPGMRES);
-    KSPGMRESSetRestart(solver_, 60);
-    KSPSetTolerances(solver_, 1e-14, 1e-300, PETSC_DEFAULT, 2000);
+    check(KSPGetPC(solver_, &preconditioner));
+    check(KSPSetType(solver_, KSPGMRES));
+    check(KSPGMRESSetRestart(solver_, 60));
+    check(KSPSetTolerances(solver_, 1e-14, 1e-300, PETSC_DEFAULT, 2000));
     fill_in_blocks(preconditioner, cloud.dimension < 3 ? 2 : 0);
   }
-  KSPSetFromOptions(solver_);
+  check(KSPSetFromOptions(solver_));
 }
 
 void Dofs::factorise() {
   is_direct_ = true;
-  PC preconditioner = nullptr;
-  KSPGetPC(solver_, &preconditioner);
-  KSPSetType(solver_, KSPPREONLY);
-  PCSetType(preconditioner, PCLU);
-  PCFactorSetMatSolverType(preconditioner, size_of(cloud_.comm) == 1 ? MATSOLVERPETSC : MATSOLVERMUMPS);
+  petsc::factorise(solver_, false);
 }
 
 bool Dofs::solve_linear() {
-  KSPSolve(solver_, right_, solution_);
+  petsc::solve(solver_, right_, solution_);
   double left = 0, size = 0;
-  MatResidual(matrix_, right_, solution_, left_);
-  VecNorm(left_, NORM_2, &left);
-  VecNorm(right_, NORM_2, &size);
+  check(MatResidual(matrix_, right_, solution_, left_));
+  check(VecNorm(left_, NORM_2, &left));
+  check(VecNorm(right_, NORM_2, &size));
   return left <= 1e-10 * size;
-}
-
-Dofs::~Dofs() {
-  KSPDestroy(&solver_);
-  VecDestroy(&left_);
-  VecDestroy(&right_);
-  VecDestroy(&solution_);
-  MatDestroy(&matrix_);
 }
 
 void Dofs::temperatures(std::span<const double> u, std::span<double> T) const {
@@ -125,10 +104,7 @@ void Dofs::add(std::span<const double> dT, std::span<double> u) {
     for (std::size_t i = 0; i < dT.size(); ++i) u[i] += dT[i];
     return;
   }
-  double* right = nullptr;
-  VecGetArray(right_, &right);
-  std::ranges::copy(dT, right);
-  VecRestoreArray(right_, &right);
+  petsc::copy(dT, right_);
   bool solved = solve_linear();
   if (!solved && !is_direct_) {
     // Large graded clouds in the plane defeat the iterations.
@@ -138,10 +114,8 @@ void Dofs::add(std::span<const double> dT, std::span<double> u) {
   if (!solved)
     throw Error(Fault::numbers, "the parameters that give the temperatures of the points could not be found",
                 "use a smaller support, or points that are more regular");
-  const double* solution = nullptr;
-  VecGetArrayRead(solution_, &solution);
-  for (int i = 0; i < cloud_.owned; ++i) u[i] += solution[i];
-  VecRestoreArrayRead(solution_, &solution);
+  const petsc::View<const double> solution(solution_);
+  for (int i = 0; i < cloud_.owned; ++i) u[i] += solution.values()[i];
 }
 
 std::optional<SparseRows> Dofs::interpolation(std::span<const Vec3> x) const {

@@ -1,10 +1,9 @@
 #pragma once
 // The degrees of freedom of the heat equation, and what they say of temperatures.
-#include <petscksp.h>
-
 #include <optional>
 #include <span>
 
+#include "base/petsc.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/quadrature.hpp"
 #include "conduction/supports.hpp"
@@ -26,7 +25,6 @@ class Dofs {
   explicit Dofs(const Cloud& cloud);
   /// Parameters. `phi`: one row an owned point; both must outlive this. Collective.
   Dofs(const Cloud& cloud, const SparseRows& phi, ShapeFunctions shapes);
-  ~Dofs();
   Dofs(const Dofs&) = delete;
   Dofs& operator=(const Dofs&) = delete;
 
@@ -52,9 +50,9 @@ class Dofs {
   const Cloud& cloud_;
   const SparseRows* phi_ = nullptr;
   ShapeFunctions shapes_;
-  Mat matrix_ = nullptr;
-  Vec right_ = nullptr, solution_ = nullptr, left_ = nullptr;
-  KSP solver_ = nullptr;
+  petsc::Matrix matrix_;
+  petsc::Vector right_, solution_, left_;
+  petsc::LinearSolver solver_;
   bool is_direct_ = false;
 };
 

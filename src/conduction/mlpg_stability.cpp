@@ -1,7 +1,5 @@
 #include "conduction/mlpg_stability.hpp"
 
-#include <petscksp.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -9,6 +7,7 @@
 #include <numbers>
 
 #include "base/parallel.hpp"
+#include "base/petsc.hpp"
 #include "cloud/lattice.hpp"
 #include "conduction/sphere_cells.hpp"
 
@@ -67,52 +66,33 @@ void for_each_node(const MovingLeastSquares& mls, double R, const Vec3& x, bool 
   for (std::size_t k = 0; k < nodes.size(); ++k) add(number[k], phi[k], slopes ? gradient[k] : Vec3{});
 }
 
-struct PetscMarch {
-  Mat A = nullptr, B = nullptr;
-  Vec T = nullptr, right = nullptr;
-  KSP solver = nullptr;
-  ~PetscMarch() {
-    KSPDestroy(&solver);
-    VecDestroy(&T);
-    VecDestroy(&right);
-    MatDestroy(&A);
-    MatDestroy(&B);
-  }
-};
+using petsc::check;
 
 /// Adds factor * rows into a matrix.
 class Entries final : public JacobianEntries {
  public:
-  Entries(const Cloud& cloud, Mat matrix, double factor) : cloud_(cloud), matrix_(matrix), factor_(factor) {}
+  Entries(const Cloud& cloud, Mat matrix, const std::vector<PetscInt>& number, double factor)
+      : cloud_(cloud), rows_(matrix, number), factor_(factor) {}
   void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
-    numbers_.clear(), scaled_.clear();
-    for (const std::int32_t j : columns) numbers_.push_back(static_cast<PetscInt>(cloud_.global[j]));
-    for (const double v : values) scaled_.push_back(factor_ * v);
-    const auto number = static_cast<PetscInt>(cloud_.global[row]);
-    MatSetValues(matrix_, 1, &number, static_cast<PetscInt>(numbers_.size()), numbers_.data(), scaled_.data(),
-                 ADD_VALUES);
+    rows_.add(cloud_.global[row], columns, values, factor_);
   }
 
  private:
   const Cloud& cloud_;
-  Mat matrix_;
+  petsc::RowAdder rows_;
   double factor_;
-  std::vector<PetscInt> numbers_;
-  std::vector<double> scaled_;
 };
 
 /// C/dt + factor K with rho c = k = 1.
-Mat stepping_matrix(const Cloud& cloud, const FaceConduction& conduction, double dt, double factor) {
+petsc::Matrix stepping_matrix(const Cloud& cloud, const FaceConduction& conduction, double dt, double factor) {
   std::vector<PetscInt> diagonal(cloud.owned, 1), off_diagonal(cloud.owned, 0);
   for (int i = 0; i < cloud.owned; ++i)
     for (const int j : conduction.coupled(i)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
-  Mat matrix = nullptr;
-  MatCreateAIJ(cloud.comm, cloud.owned, cloud.owned, PETSC_DETERMINE, PETSC_DETERMINE, 0, diagonal.data(), 0,
-               off_diagonal.data(), &matrix);
+  petsc::Matrix matrix = petsc::create_matrix(cloud.comm, diagonal, off_diagonal);
+  const std::vector<PetscInt> number(cloud.global.begin(), cloud.global.end());
+  petsc::RowAdder capacities(matrix, number);
   const auto hold = [&](int i, const SparseRows& phi, std::size_t r, double volume) {
-    Entries entries(cloud, matrix, volume / dt);
-    const auto n = static_cast<std::size_t>(phi.row[r + 1] - phi.row[r]);
-    entries.add(i, {phi.column.data() + phi.row[r], n}, {phi.value.data() + phi.row[r], n});
+    capacities.add(cloud.global[i], phi.columns(r), phi.values(r), volume / dt);
   };
   const CellQuadrature* cells = conduction.rows().cells ? &*conduction.rows().cells : nullptr;
   for (int i = 0; i < cloud.owned; ++i) {
@@ -121,10 +101,9 @@ Mat stepping_matrix(const Cloud& cloud, const FaceConduction& conduction, double
       hold(i, cells->phi, q, cells->volume[q]);
   }
   const std::vector<double> one(conduction.faces().size(), 1.0);
-  Entries entries(cloud, matrix, -factor);  // conduction gives -K
+  Entries entries(cloud, matrix, number, -factor);  // conduction gives -K
   conduction.add_jacobian({.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}}, {}, entries);
-  MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY);
-  MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY);
+  petsc::assemble(matrix);
   return matrix;
 }
 
@@ -213,29 +192,20 @@ double start_up_growth(const Cloud& cloud, const FaceConduction& conduction) {
   for (int i = 0; i < cloud.owned; ++i) d = std::min(d, cloud.spacing[i]);
   d = min(cloud.comm, d);
   const double dt = 0.1 * d * d;
-  PetscMarch march;
-  march.A = stepping_matrix(cloud, conduction, dt, 0.5);
-  march.B = stepping_matrix(cloud, conduction, dt, -0.5);
-  MatCreateVecs(march.A, &march.T, &march.right);
-  KSPCreate(cloud.comm, &march.solver);
-  KSPSetOperators(march.solver, march.A, march.A);
-  KSPSetType(march.solver, KSPBCGS);
-  KSPSetTolerances(march.solver, 1e-8, 1e-300, PETSC_DEFAULT, 400);
-  KSPSetInitialGuessNonzero(march.solver, PETSC_TRUE);
+  const petsc::Matrix A = stepping_matrix(cloud, conduction, dt, 0.5), B = stepping_matrix(cloud, conduction, dt, -0.5);
+  const petsc::Vector unknowns = petsc::create_vector(A), right = petsc::create_vector(A);
+  petsc::LinearSolver solver;
+  check(KSPCreate(cloud.comm, solver.out()));
+  check(KSPSetOperators(solver, A, A));
+  check(KSPSetType(solver, KSPBCGS));
+  check(KSPSetTolerances(solver, 1e-8, 1e-300, PETSC_DEFAULT, 400));
+  check(KSPSetInitialGuessNonzero(solver, PETSC_TRUE));
   PC jacobi = nullptr;
-  KSPGetPC(march.solver, &jacobi);
-  PCSetType(jacobi, PCJACOBI);
+  check(KSPGetPC(solver, &jacobi));
+  check(PCSetType(jacobi, PCJACOBI));
 
   std::vector<double> T(cloud.local());
-  const auto copy = [&](bool from_vec) {
-    double* values = nullptr;
-    VecGetArray(march.T, &values);
-    if (from_vec)
-      std::copy_n(values, cloud.owned, T.begin());
-    else
-      std::copy_n(T.begin(), cloud.owned, values);
-    VecRestoreArray(march.T, &values);
-  };
+  const std::span<double> owned = std::span(T).first(cloud.owned);
   const auto size = [&] {
     cloud.halo.update(std::span<double>(T));
     std::vector<double> values(cloud.owned);
@@ -244,16 +214,14 @@ double start_up_growth(const Cloud& cloud, const FaceConduction& conduction) {
   };
   for (int i = 0; i < cloud.owned; ++i) T[i] = 2 * hashed_uniform(1, static_cast<std::uint64_t>(cloud.id[i])).x - 1;
   const double start = size();
-  copy(false);
+  petsc::copy(owned, unknowns);
   double before = start, now = start;
   for (int step = 1; step <= steps; ++step) {
-    MatMult(march.B, march.T, march.right);
-    KSPSolve(march.solver, march.right, march.T);
-    KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
-    KSPGetConvergedReason(march.solver, &reason);
-    copy(true);
+    check(MatMult(B, unknowns, right));
+    const bool solved = petsc::solve(solver, right, unknowns);
+    petsc::copy(unknowns, owned);
     now = size();
-    if (reason < 0 || !(now < 10 * start)) return std::numeric_limits<double>::infinity();
+    if (!solved || !(now < 10 * start)) return std::numeric_limits<double>::infinity();
     if (step == steps - watched) before = now;
   }
   return now / before;

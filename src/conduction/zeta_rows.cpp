@@ -37,7 +37,7 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
                    const Conditions& conditions)
     : cloud_(cloud), fluxes_(conditions.fluxes), exchange_(cloud.owned), exchange_derivative_(cloud.owned) {
   const std::vector<int> prescribed = points_of(conditions.temperatures);
-  int widest = 1;
+  std::vector<PetscInt> width;  // of the rows, in this rank's columns and in others'
   for (auto facet = cloud.facets.begin(); facet != cloud.facets.end();) {
     const int i = facet->point;
     // One normal per face, then their sum: at an edge the rows of its faces are added.
@@ -57,7 +57,7 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
       weights_.column.push_back(j);
       weights_.value.push_back(G[n] / cloud.full_volume[i] * dot(cloud.x[j] - cloud.x[i], normals));
     }
-    widest = std::max(widest, static_cast<int>(neighbours.row[i + 1] - neighbours.row[i]) + 1);
+    width.push_back(static_cast<PetscInt>(neighbours.row[i + 1] - neighbours.row[i]) + 1);
     weights_.row.push_back(static_cast<std::int64_t>(weights_.column.size()));
   }
   for (const SurfaceTerm& term : fluxes_) share_.push_back(shares_of_faces(cloud, term));
@@ -69,24 +69,13 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
   cloud.halo.update(number);
   number_.assign(number.begin(), number.end());
 
-  MatCreateAIJ(cloud.comm, count, count, PETSC_DETERMINE, PETSC_DETERMINE, widest, nullptr, widest, nullptr, &matrix_);
-  MatCreateVecs(matrix_, &change_, &right_);
-  KSPCreate(cloud.comm, &solver_);
-  KSPSetOperators(solver_, matrix_, matrix_);
-  KSPSetType(solver_, KSPPREONLY);
-  PC preconditioner;
-  KSPGetPC(solver_, &preconditioner);
-  PCSetType(preconditioner, PCLU);
-  if (size_of(cloud.comm) > 1) PCFactorSetMatSolverType(preconditioner, MATSOLVERMUMPS);
-  KSPSetOptionsPrefix(solver_, "wall_");
-  KSPSetFromOptions(solver_);
-}
-
-ZetaRows::~ZetaRows() {
-  KSPDestroy(&solver_);
-  VecDestroy(&change_);
-  VecDestroy(&right_);
-  MatDestroy(&matrix_);
+  matrix_ = petsc::create_matrix(cloud.comm, width, width);
+  change_ = petsc::create_vector(matrix_), right_ = petsc::create_vector(matrix_);
+  petsc::check(KSPCreate(cloud.comm, solver_.out()));
+  petsc::check(KSPSetOperators(solver_, matrix_, matrix_));
+  petsc::factorise(solver_, false);
+  petsc::check(KSPSetOptionsPrefix(solver_, "wall_"));
+  petsc::check(KSPSetFromOptions(solver_));
 }
 
 Traits ZetaRows::traits() const {
@@ -162,24 +151,19 @@ void ZetaRows::scale(Evaluation& at, std::span<double> scale) {
 void ZetaRows::assemble(Evaluation& at) {
   class Entries final : public JacobianEntries {
    public:
-    Entries(Mat matrix, const std::vector<PetscInt>& number) : matrix_(matrix), number_(number) {}
+    Entries(Mat matrix, const std::vector<PetscInt>& number) : rows_(matrix, number), number_(number) {}
     void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
-      numbers_.clear();
-      for (std::int32_t j : columns) numbers_.push_back(number_[j]);  // PETSc skips the -1 of other points
-      MatSetValues(matrix_, 1, &number_[row], static_cast<PetscInt>(columns.size()), numbers_.data(), values.data(),
-                   ADD_VALUES);
+      rows_.add(number_[row], columns, values);
     }
 
    private:
-    Mat matrix_;
+    petsc::RowAdder rows_;
     const std::vector<PetscInt>& number_;
-    std::vector<PetscInt> numbers_;
   };
-  MatZeroEntries(matrix_);
+  petsc::check(MatZeroEntries(matrix_));
   Entries entries(matrix_, number_);
   add_jacobian(at, entries);
-  MatAssemblyBegin(matrix_, MAT_FINAL_ASSEMBLY);
-  MatAssemblyEnd(matrix_, MAT_FINAL_ASSEMBLY);
+  petsc::assemble(matrix_);
   assembled_with_ = exchange_derivative_;
   is_assembled_ = true;
 }
@@ -196,20 +180,16 @@ double ZetaRows::newton_step(Evaluation& at, std::span<double> T) {
   });
   if (any(cloud_.comm, is_old)) assemble(at);
 
-  double* right = nullptr;
-  VecGetArray(right_, &right);
-  for (std::size_t n = 0; n < point_.size(); ++n) right[n] = -c[point_[n]];
-  VecRestoreArray(right_, &right);
-  KSPSolve(solver_, right_, change_);
-
-  const double* change = nullptr;
-  VecGetArrayRead(change_, &change);
+  std::vector<double> change;
+  for (const int i : point_) change.push_back(-c[i]);
+  petsc::copy(change, right_);
+  petsc::solve(solver_, right_, change_);
+  petsc::copy(change_, change);
   double largest = 0;
   for (std::size_t n = 0; n < point_.size(); ++n) {
     T[point_[n]] += change[n];
     largest = std::max(largest, std::abs(change[n]));
   }
-  VecRestoreArrayRead(change_, &change);
   return max(cloud_.comm, largest);
 }
 

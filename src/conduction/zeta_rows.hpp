@@ -3,12 +3,11 @@
 //   0 = k_i sum_j w_ij (T_j - T_i) - sum over the point's faces of q(T_i),
 // w_ij = sum over the faces of 2 V_j grad W_ij . n, the factor 2 ("zeta") for the half of the support that the wall
 // cuts off. They are solved together after every change of the points inside.
-#include <petscksp.h>
-
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "base/petsc.hpp"
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
@@ -21,7 +20,6 @@ class ZetaRows final : public Constraint {
   /// Rows of all owned points that lie on a face and have no prescribed temperature. `G`: 2 V_i V_j F_ij / section with
   /// full volumes. Cloud and conditions must outlive this. Collective.
   ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G, const Conditions& conditions);
-  ~ZetaRows() override;
   ZetaRows(const ZetaRows&) = delete;
   ZetaRows& operator=(const ZetaRows&) = delete;
 
@@ -56,9 +54,9 @@ class ZetaRows final : public Constraint {
   std::vector<double> exchange_, exchange_derivative_;  ///< of all owned points
   bool is_assembled_ = false;
   std::vector<double> assembled_with_;  ///< exchange derivatives
-  Mat matrix_ = nullptr;
-  Vec right_ = nullptr, change_ = nullptr;
-  KSP solver_ = nullptr;
+  petsc::Matrix matrix_;
+  petsc::Vector right_, change_;
+  petsc::LinearSolver solver_;
 };
 
 /// Null where no point of any rank has such a row. Collective.

@@ -1,14 +1,13 @@
 #pragma once
 // The semi-discrete heat equation dE/dt = F(t, u): a list of heat terms and constraints, a capacity and degrees of
 // freedom. Residual, Jacobian, capacity, enthalpy; it knows no time stepping, and asks no term what it is.
-#include <petscmat.h>
-
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "base/petsc.hpp"
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/discretisation.hpp"
@@ -87,8 +86,8 @@ class HeatSystem {
   void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R);
   /// |dR_i/dT_i| of a stage of length 0: what makes a tolerance in K one of the residual. Collective.
   void residual_scale(double t, std::span<double> u, std::span<double> scale);
-  /// An AIJ matrix with the right pattern and layout; the caller owns it.
-  Mat create_jacobian() const;
+  /// An AIJ matrix with the right pattern and layout. Collective.
+  petsc::Matrix create_jacobian() const;
   /// J = dR/du = capacity_factor dE/du - rate_factor dF/du, and minus the derivatives of the constraints. Exact.
   /// Degrees of freedom that are known by themselves have identity rows and empty columns. Collective.
   void jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, Mat J);

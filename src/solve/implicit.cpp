@@ -16,6 +16,8 @@ StageSolver::StageSolver(HeatSystem& system)
               {.residual = [this](std::span<double> T,
                                   std::span<double> R) { system_.residual(t_, T, gamma_dt_, known_, R); },
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
+               .tolerance = [this](auto, std::span<double> tolerance,
+                                   auto) { std::ranges::copy(tolerance_, tolerance.begin()); },
                .bend = steps_in_enthalpy(system)
                            ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }
                            : std::function<void(std::span<double>, std::span<double>)>()},
@@ -46,7 +48,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   system_.residual_scale(t, T, tolerance_);
   for (double& value : tolerance_) value *= reachable;
 
-  const Newton::Result result = newton_.solve(T, tolerance_, most_iterations);
+  const Newton::Result result = newton_.solve(T, most_iterations);
   counts.newton_iterations += result.iterations;
   counts.linear_iterations += result.linear_iterations;
   reason_ = result.reason;

@@ -37,7 +37,11 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
 struct SteadyReport {
   int newton_iterations = 0;
   long linear_iterations = 0;
-  double residual = 0;  ///< largest |residual| over the largest heat flow through a point
+  /// Largest imbalance of a point over the largest heat flow through one, at most `tolerance`; where rounding of the
+  /// temperatures makes more than the tolerance allows, `tolerance` times the imbalance over that.
+  double residual = 0;
+  double imbalance = 0, flow = 0;  ///< W
+  bool at_round_off = false;       ///< the imbalance fell no further, short of the tolerance
 };
 /// Newton (SNES) with the exact Jacobian from state.T; fills T and E. Throws Error(numbers) without convergence.
 SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state);

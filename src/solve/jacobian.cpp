@@ -10,7 +10,12 @@ namespace calor {
 class HeatSystem::Entries final : public JacobianEntries {
  public:
   Entries(const HeatSystem& system, Role role, double factor, Mat matrix)
-      : system_(system), role_(role), factor_(factor), matrix_(matrix), number_(system.cloud_.local()) {
+      : system_(system),
+        role_(role),
+        factor_(factor),
+        matrix_(matrix),
+        number_(system.cloud_.local()),
+        rows_(matrix, number_) {
     for (std::size_t i = 0; i < number_.size(); ++i)  // PETSc skips -1
       number_[i] = system.is_known_[i] ? -1 : static_cast<PetscInt>(system.cloud_.global[i]);
   }
@@ -25,29 +30,23 @@ class HeatSystem::Entries final : public JacobianEntries {
       return add_scaled(row, phi.columns(row), phi.values(row), factor_ * by_T);
     }
     const auto number = static_cast<PetscInt>(system_.cloud_.global[row]);
-    MatSetValue(matrix_, number, number, factor_ * by_T, ADD_VALUES);
+    petsc::check(MatSetValue(matrix_, number, number, factor_ * by_T, ADD_VALUES));
   }
 
  private:
   void add_scaled(int row, std::span<const std::int32_t> columns, std::span<const double> values, double factor) {
-    if (system_.role_[row] != role_) return;
-    numbers_.clear(), scaled_.clear();
-    for (std::int32_t j : columns) numbers_.push_back(number_[j]);
-    for (double value : values) scaled_.push_back(factor * value);
-    const auto number = static_cast<PetscInt>(system_.cloud_.global[row]);
-    MatSetValues(matrix_, 1, &number, static_cast<PetscInt>(columns.size()), numbers_.data(), scaled_.data(),
-                 ADD_VALUES);
+    if (system_.role_[row] == role_) rows_.add(system_.cloud_.global[row], columns, values, factor);
   }
 
   const HeatSystem& system_;
   Role role_;
   double factor_;
   Mat matrix_;
-  std::vector<PetscInt> number_, numbers_;
-  std::vector<double> scaled_;
+  std::vector<PetscInt> number_;
+  petsc::RowAdder rows_;
 };
 
-Mat HeatSystem::create_jacobian() const {
+petsc::Matrix HeatSystem::create_jacobian() const {
   std::vector<PetscInt> diagonal(cloud_.owned, 1), off_diagonal(cloud_.owned, 0);
   const auto count = [&](int i, std::span<const std::int32_t> columns) {
     for (std::int32_t j : columns)
@@ -58,15 +57,10 @@ Mat HeatSystem::create_jacobian() const {
   for (const auto& constraint : discretisation_.constraints)
     for (std::size_t n = 0; n < constraint->points().size(); ++n)
       count(constraint->points()[n], constraint->coupled(n));
-  Mat J = nullptr;
-  MatCreate(cloud_.comm, &J);
-  MatSetSizes(J, cloud_.owned, cloud_.owned, static_cast<PetscInt>(cloud_.count), static_cast<PetscInt>(cloud_.count));
-  MatSetType(J, MATAIJ);
-  MatSeqAIJSetPreallocation(J, 0, diagonal.data());
-  MatMPIAIJSetPreallocation(J, 0, diagonal.data(), 0, off_diagonal.data());
+  petsc::Matrix J = petsc::create_matrix(cloud_.comm, diagonal, off_diagonal);
   if (jacobian_is_symmetric()) {
-    MatSetOption(J, MAT_SYMMETRIC, PETSC_TRUE);
-    MatSetOption(J, MAT_SYMMETRY_ETERNAL, PETSC_TRUE);
+    petsc::check(MatSetOption(J, MAT_SYMMETRIC, PETSC_TRUE));
+    petsc::check(MatSetOption(J, MAT_SYMMETRY_ETERNAL, PETSC_TRUE));
   }
   return J;
 }
@@ -80,7 +74,7 @@ void HeatSystem::assemble(double t, std::span<double> u, double capacity_factor,
   cloud_.halo.update(u);
   at_.begin(t, u, frozen);
   collective_try(cloud_.comm, [&] {
-    MatZeroEntries(J);
+    petsc::check(MatZeroEntries(J));
     Entries rates(*this, Role::free, -rate_factor, J);
     for (HeatTerm* term : terms_) term->add_jacobian(at_, rates);
     if (capacity_factor != 0) {
@@ -92,8 +86,7 @@ void HeatSystem::assemble(double t, std::span<double> u, double capacity_factor,
       constraint->add_jacobian(at_, rows);
     }
   });
-  MatAssemblyBegin(J, MAT_FINAL_ASSEMBLY);
-  MatAssemblyEnd(J, MAT_FINAL_ASSEMBLY);
+  petsc::assemble(J);
 }
 
 bool HeatSystem::jacobian_is_constant() const {

@@ -1,13 +1,12 @@
 #pragma once
 // Newton's method (SNES) for equations between the temperatures of the owned points: the steady state and the stages of
 // implicit integrators. The options of PETSc are heeded, with the prefix "heat_".
-#include <petscsnes.h>
-
 #include <exception>
 #include <functional>
 #include <span>
 #include <vector>
 
+#include "base/petsc.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
@@ -19,11 +18,14 @@ class Newton {
     std::function<void(std::span<double> T, std::span<double> R)> residual;
     /// dR/dT.
     std::function<void(std::span<double> T, Mat J)> jacobian;
+    /// What of R counts as nothing near T, and what rounding alone may leave of it; both come in as zeros.
+    std::function<void(std::span<double> T, std::span<double> tolerance, std::span<double> round_off)> tolerance;
     /// Bends Newton's step from T, of the owned points: dT in, dT out. May be empty.
     std::function<void(std::span<double> T, std::span<double> dT)> bend = {};
   };
   struct Result {
     bool converged = false;
+    bool at_round_off = false;  ///< converged there, short of the tolerance
     int iterations = 0;
     long linear_iterations = 0;
     double residual = 0;             ///< largest |R_i| / tolerance_i
@@ -32,13 +34,12 @@ class Newton {
 
   /// `steady` equations are worse conditioned than the stages of a time step. Collective.
   Newton(HeatSystem& system, Equations equations, bool steady);
-  ~Newton();
   Newton(const Newton&) = delete;
   Newton& operator=(const Newton&) = delete;
 
-  /// From the first guess T to |R_i| <= tolerance_i everywhere. Errors of the equations at T itself are passed on; at
-  /// later iterates they shorten the step. Collective.
-  Result solve(std::span<double> T, std::span<const double> tolerance, int most_iterations);
+  /// From the first guess T to |R_i| <= tolerance_i everywhere, or to where R falls no further and is round-off. Errors
+  /// of the equations at T itself are passed on; at later iterates they shorten the step. Collective.
+  Result solve(std::span<double> T, int most_iterations);
 
   /// The Jacobian stays as it is until this is called.
   void renew_jacobian() { jacobian_is_old_ = true; }
@@ -55,19 +56,22 @@ class Newton {
   static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal T_norm, PetscReal step_norm,
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   void choose_linear_solver(bool steady);
-  double weighted(Vec R) const;
+  KSP linear_solver() const;
+  /// Largest |R_i| / unit_i. Collective.
+  double largest_in_units_of(const std::vector<double>& unit) const;
+  bool is_round_off() const;
 
   HeatSystem& system_;
   Equations equations_;
   std::vector<double> T_;  ///< local points
-  std::span<const double> tolerance_;
+  std::vector<double> tolerance_, round_off_;
   double last_residual_ = 0;
-  bool starts_ = true, fails_at_start_ = false;
-  bool jacobian_is_old_ = true, always_renew_ = true;
+  bool starts_ = true, fails_at_start_ = false, at_round_off_ = false;
+  bool has_jacobian_ = false, jacobian_is_old_ = true, always_renew_ = true;
   std::exception_ptr error_;
-  Mat J_ = nullptr;
-  Vec x_ = nullptr, R_ = nullptr, b_ = nullptr;
-  SNES snes_ = nullptr;
+  petsc::Matrix J_;
+  petsc::Vector x_, R_, b_;
+  petsc::NonlinearSolver snes_;
 };
 
 }  // namespace calor

@@ -1,5 +1,4 @@
 // Bounds of the spectrum of the heat system, for explicit steps.
-#include <petscmat.h>
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
@@ -79,7 +78,7 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
   constexpr double tolerance = 1e-4;
   std::vector<double> C(cloud_.owned), scale(cloud_.owned, 1), v(cloud_.owned), before(cloud_.owned), w(cloud_.owned);
   capacity(u, C);
-  Mat J = create_jacobian();
+  const petsc::Matrix J = create_jacobian();
   assemble(t, u, 0, 1, true, J);
   if (material().mean() == Mean::integral)
     collective_try(cloud_.comm, [&] {
@@ -87,18 +86,13 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
       for (int i = 0; i < cloud_.owned; ++i) scale[i] = 1 / std::sqrt(k[i]);
     });
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;
-  Vec x = nullptr, y = nullptr;
-  MatCreateVecs(J, &x, &y);
+  const petsc::Vector x = petsc::create_vector(J), y = petsc::create_vector(J);
   const auto multiply = [&](const std::vector<double>& from, std::vector<double>& to) {
-    double* in = nullptr;
-    VecGetArray(x, &in);
-    for (int i = 0; i < cloud_.owned; ++i) in[i] = role_[i] == Role::free ? from[i] * scale[i] / std::sqrt(C[i]) : 0;
-    VecRestoreArray(x, &in);
-    MatMult(J, x, y);
-    const double* out = nullptr;
-    VecGetArrayRead(y, &out);
-    for (int i = 0; i < cloud_.owned; ++i) to[i] = role_[i] == Role::free ? out[i] / (scale[i] * std::sqrt(C[i])) : 0;
-    VecRestoreArrayRead(y, &out);
+    for (int i = 0; i < cloud_.owned; ++i) to[i] = role_[i] == Role::free ? from[i] * scale[i] / std::sqrt(C[i]) : 0;
+    petsc::copy(to, x);
+    petsc::check(MatMult(J, x, y));
+    petsc::copy(y, to);
+    for (int i = 0; i < cloud_.owned; ++i) to[i] = role_[i] == Role::free ? to[i] / (scale[i] * std::sqrt(C[i])) : 0;
   };
 
   std::vector<double> alpha, beta;
@@ -123,9 +117,6 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
     if (length < 1e-10 * largest) break;
     beta.push_back(length);
   }
-  VecDestroy(&x);
-  VecDestroy(&y);
-  MatDestroy(&J);
   return largest;
 }
 

@@ -12,7 +12,8 @@
 namespace calor {
 namespace {
 
-/// Largest heat flow through the cross-section of a point, W.
+/// Largest heat flow through a point, W: by conduction through its cross-section, and what boundaries and sources give
+/// to a point on average (in a body of one temperature nothing else flows).
 double largest_flow(HeatSystem& system, std::span<double> T) {
   const Cloud& cloud = system.cloud();
   std::vector<Vec3> q(cloud.owned);
@@ -20,20 +21,82 @@ double largest_flow(HeatSystem& system, std::span<double> T) {
   double largest = 0;
   for (int i = 0; i < cloud.owned; ++i)
     largest = std::max(largest, norm(q[i]) * std::pow(cloud.spacing[i], cloud.dimension - 1) * cloud.cross_section);
-  return max(cloud.comm, largest);
+  largest = max(cloud.comm, largest);
+  std::vector<double> F(cloud.owned), power(system.accounts().size());
+  system.rate(0, T, F, power);
+  for (const double P : sums(cloud.comm, power, static_cast<int>(power.size())))
+    largest = std::max(largest, std::abs(P) / static_cast<double>(cloud.count));
+  return largest;
 }
 
-/// The imbalance that rounding of the temperatures alone makes, W: eps |T| times the conductances around a point.
-double round_off(HeatSystem& system, std::span<double> T) {
-  const Cloud& cloud = system.cloud();
-  std::vector<double> C(cloud.owned);
-  system.capacity(T, C);
-  double hottest = 0, capacity = 0;
-  for (int i = 0; i < cloud.owned; ++i)
-    hottest = std::max(hottest, std::abs(T[i])), capacity = std::max(capacity, C[i]);
-  return std::numeric_limits<double>::epsilon() * max(cloud.comm, hottest) * max(cloud.comm, capacity) *
-         system.rate_bound(0, T);
+/// sum_j |J_ij| of the owned rows.
+std::vector<double> row_sums(Mat J, int owned) {
+  std::vector<double> sums(owned);
+  PetscInt first = 0;
+  petsc::check(MatGetOwnershipRange(J, &first, nullptr));
+  for (int i = 0; i < owned; ++i) {
+    PetscInt count = 0;
+    const PetscScalar* values = nullptr;
+    petsc::check(MatGetRow(J, first + i, &count, nullptr, &values));
+    for (PetscInt n = 0; n < count; ++n) sums[i] += std::abs(values[n]);
+    petsc::check(MatRestoreRow(J, first + i, &count, nullptr, &values));
+  }
+  return sums;
 }
+
+/// The balances of the steady state and what they are judged by.
+class SteadyState {
+ public:
+  SteadyState(HeatSystem& system, double relative) : system_(system), relative_(relative) {}
+
+  Newton::Equations equations() {
+    return {.residual = [this](std::span<double> T, std::span<double> R) { system_.residual(0, T, 1, {}, R); },
+            .jacobian =
+                [this](std::span<double> T, Mat J) {
+                  system_.jacobian(0, T, 0, 1, J);
+                  row_sums_ = row_sums(J, system_.cloud().owned);
+                },
+            .tolerance = [this](auto T, auto tolerance, auto round_off) { judge(T, tolerance, round_off); }};
+  }
+
+  double flow() const { return flow_; }
+  /// Largest imbalance of a point, W.
+  double imbalance(std::span<double> T) {
+    const Cloud& cloud = system_.cloud();
+    std::vector<double> R(cloud.owned);
+    system_.residual(0, T, 1, {}, R);
+    for (int i : system_.prescribed()) R[i] = 0;
+    double largest = 0;
+    for (double value : R) largest = std::max(largest, std::abs(value));
+    return max(cloud.comm, largest);
+  }
+
+ private:
+  /// What is a small imbalance follows from what flows at these temperatures: the first guess, with its steps at the
+  /// walls, has much larger flows than the solution, or none at all. Rounding of the temperatures alone leaves a row
+  /// with eps |T| sum |J_ij|.
+  void judge(std::span<double> T, std::span<double> tolerance, std::span<double> round_off) {
+    const Cloud& cloud = system_.cloud();
+    flow_ = largest_flow(system_, T);
+    std::ranges::fill(tolerance, relative_ * flow_);
+    // Prescribed temperatures may be rows of their own, in units of their own.
+    std::vector<double> scale(cloud.owned);
+    system_.residual_scale(0, T, scale);
+    const double span = system_.temperature_span(0, T);
+    for (int i : system_.prescribed()) tolerance[i] = relative_ * span * scale[i];
+    double hottest = 0;
+    for (int i = 0; i < cloud.owned; ++i) hottest = std::max(hottest, std::abs(T[i]));
+    hottest = max(cloud.comm, hottest);
+    for (std::size_t i = 0; i < row_sums_.size(); ++i) {
+      round_off[i] = std::numeric_limits<double>::epsilon() * hottest * row_sums_[i];
+      tolerance[i] = std::max(tolerance[i], round_off[i]);
+    }
+  }
+
+  HeatSystem& system_;
+  double relative_, flow_ = 0;
+  std::vector<double> row_sums_;  ///< of the last Jacobian; empty before the first
+};
 
 }  // namespace
 
@@ -44,32 +107,22 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
     steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
   const int most_iterations = static_cast<int>(steady.integer("iterations"));
 
-  Newton newton(system,
-                {.residual = [&](std::span<double> T, std::span<double> R) { system.residual(0, T, 1, {}, R); },
-                 .jacobian = [&](std::span<double> T, Mat J) { system.jacobian(0, T, 0, 1, J); }},
-                true);
-  SteadyReport report;
-  // What is a small imbalance follows from the solution: the first guess, with its steps at the walls, has much larger
-  // flows. So the tolerance is taken anew from every solution until the solution meets its own.
-  double flow = largest_flow(system, state.T);
-  for (bool met = false; !met;) {
-    const double allowed = std::max(relative * flow, round_off(system, state.T));
-    const std::vector<double> tolerance(system.cloud().owned, std::max(allowed, std::numeric_limits<double>::min()));
-    const auto result = newton.solve(state.T, tolerance, most_iterations);
-    report.newton_iterations += result.iterations;
-    report.linear_iterations += result.linear_iterations;
-    if (!result.converged && result.reason) std::rethrow_exception(result.reason);
-    if (!result.converged)
-      throw Error(
-          Fault::numbers,
-          fmt::format("Newton's method did not reach the steady state in {} iterations: an imbalance of {:.3g} W "
-                      "remains, {:.3g} W are allowed",
-                      report.newton_iterations, result.residual * allowed, allowed),
-          "start nearer to the solution ([initial]), or march towards it ([time] with steady_below)");
-    flow = largest_flow(system, state.T);
-    report.residual = result.residual * allowed / std::max(flow, std::numeric_limits<double>::min());
-    met = result.residual * allowed <= std::max(relative * flow, round_off(system, state.T));
-  }
+  SteadyState equations(system, relative);
+  Newton newton(system, equations.equations(), true);
+  const auto result = newton.solve(state.T, most_iterations);
+  if (!result.converged && result.reason) std::rethrow_exception(result.reason);
+  const SteadyReport report{.newton_iterations = result.iterations,
+                            .linear_iterations = result.linear_iterations,
+                            .residual = relative * result.residual,
+                            .imbalance = equations.imbalance(state.T),
+                            .flow = equations.flow(),
+                            .at_round_off = result.at_round_off};
+  if (!result.converged)
+    throw Error(Fault::numbers,
+                fmt::format("Newton's method did not reach the steady state in {} iterations: an imbalance of {:.3g} W "
+                            "remains, {:.3g} W are allowed",
+                            report.newton_iterations, report.imbalance, report.imbalance / result.residual),
+                "start nearer to the solution ([initial]), or march towards it ([time] with steady_below)");
   system.energy(state.T, state.E);
   return report;
 }

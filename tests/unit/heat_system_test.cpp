@@ -99,7 +99,7 @@ const std::vector<Named>& systems() {
 Eigen::MatrixXd jacobian(HeatSystem& system, double t, std::vector<double> T, double capacity_factor,
                          double rate_factor) {
   const int n = system.cloud().owned;
-  Mat J = system.create_jacobian();
+  const petsc::Matrix J = system.create_jacobian();
   system.jacobian(t, T, capacity_factor, rate_factor, J);
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
   for (PetscInt i = 0; i < n; ++i) {
@@ -110,7 +110,6 @@ Eigen::MatrixXd jacobian(HeatSystem& system, double t, std::vector<double> T, do
     for (PetscInt m = 0; m < count; ++m) dense(i, column[m]) = value[m];
     MatRestoreRow(J, i, &count, &column, &value);
   }
-  MatDestroy(&J);
   return dense;
 }
 

@@ -1,10 +1,12 @@
 // GoogleTest under PETSc and MPI; on several ranks only rank 0 prints, and one failing rank fails the run.
 #include <gtest/gtest.h>
-#include <petscsys.h>
+
+#include "base/petsc.hpp"
 
 int main(int argc, char** argv) {
   ::testing::InitGoogleTest(&argc, argv);
   PetscInitialize(&argc, &argv, nullptr, nullptr);
+  calor::petsc::collect_errors();
   int rank = 0;
   MPI_Comm_rank(PETSC_COMM_WORLD, &rank);
   auto& listeners = ::testing::UnitTest::GetInstance()->listeners();

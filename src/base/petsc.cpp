@@ -1,0 +1,108 @@
+#include "base/petsc.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <exception>
+#include <string>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+
+namespace calor::petsc {
+namespace {
+
+std::exception_ptr held;
+std::string message;
+
+PetscErrorCode collect(MPI_Comm, int, const char*, const char*, PetscErrorCode code, PetscErrorType type,
+                       const char* text, void*) {
+  if (type == PETSC_ERROR_INITIAL) message = text ? text : "";
+  return code;
+}
+
+}  // namespace
+
+void collect_errors() { check(PetscPushErrorHandler(collect, nullptr)); }
+
+void check(PetscErrorCode code, std::source_location at) {
+  if (code == 0) return;
+  const std::string said = std::exchange(message, "");
+  if (held) std::rethrow_exception(std::exchange(held, nullptr));
+  const char* kind = nullptr;
+  PetscErrorMessage(code, &kind, nullptr);
+  const std::string file = at.file_name();
+  throw Error(Fault::numbers,
+              fmt::format("PETSc failed ({}:{}): {}{}{}", file.substr(file.rfind('/') + 1), at.line(),
+                          kind ? kind : "unknown error", said.empty() ? "" : ": ", said),
+              code == PETSC_ERR_MEM ? "take fewer points, or more memory" : "please report this, with the case file");
+}
+
+PetscErrorCode hold_exception() {
+  held = std::current_exception();
+  return PETSC_ERR_USER;
+}
+
+bool is_finalized() {
+  PetscBool finalized = PETSC_FALSE;
+  PetscFinalized(&finalized);
+  return finalized == PETSC_TRUE;
+}
+
+void copy(std::span<const double> from, Vec to) { std::ranges::copy(from, View<double>(to).values().begin()); }
+
+void copy(Vec from, std::span<double> to) {
+  const View<const double> view(from);
+  std::copy_n(view.values().begin(), to.size(), to.begin());
+}
+
+Vector create_vector(Mat matrix) {
+  Vector vector;
+  check(MatCreateVecs(matrix, nullptr, vector.out()));
+  return vector;
+}
+
+Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal) {
+  Matrix matrix;
+  const auto rows = static_cast<PetscInt>(diagonal.size());
+  check(MatCreate(comm, matrix.out()));
+  check(MatSetSizes(matrix, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE));
+  check(MatSetType(matrix, MATAIJ));
+  // Each does nothing to a matrix of the other kind.
+  check(MatSeqAIJSetPreallocation(matrix, 0, diagonal.data()));
+  check(MatMPIAIJSetPreallocation(matrix, 0, diagonal.data(), 0, off_diagonal.data()));
+  return matrix;
+}
+
+void assemble(Mat matrix) {
+  check(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
+  check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
+}
+
+void RowAdder::add(std::int64_t row, std::span<const std::int32_t> columns, std::span<const double> values,
+                   double factor) {
+  columns_.clear(), scaled_.clear();
+  for (const std::int32_t j : columns) columns_.push_back(number_[j]);  // PETSc skips -1
+  for (const double value : values) scaled_.push_back(factor * value);
+  const auto number = static_cast<PetscInt>(row);
+  check(MatSetValues(matrix_, 1, &number, static_cast<PetscInt>(columns_.size()), columns_.data(), scaled_.data(),
+                     ADD_VALUES));
+}
+
+void factorise(KSP solver, bool symmetric) {
+  PC preconditioner = nullptr;
+  check(KSPGetPC(solver, &preconditioner));
+  check(KSPSetType(solver, KSPPREONLY));
+  check(PCSetType(preconditioner, symmetric ? PCCHOLESKY : PCLU));
+  const bool alone = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(solver))) == 1;
+  check(PCFactorSetMatSolverType(preconditioner, alone ? MATSOLVERPETSC : MATSOLVERMUMPS));
+}
+
+bool solve(KSP solver, Vec b, Vec x) {
+  check(KSPSolve(solver, b, x));
+  KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
+  check(KSPGetConvergedReason(solver, &reason));
+  return reason > 0;
+}
+
+}  // namespace calor::petsc
