@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "app/model.hpp"
+#include "app/schema.hpp"
 #include "conduction/pair_conduction.hpp"
 
 namespace {
@@ -65,7 +66,7 @@ end = "1 s"
 }
 
 int measure(int edge) {
-  const Case c = Case::parse(lattice_case(edge), "speed.toml");
+  const Case c = Case::parse(lattice_case(edge), "speed.toml", schema());
   Phases phases;
   Model model = build_model(c, PETSC_COMM_WORLD, phases);
   HeatSystem& system = *model.system;

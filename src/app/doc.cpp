@@ -21,7 +21,7 @@ section. A key that calor does not know is an error, and so is a value of a wron
 
 A quantity is a number with its unit in quotes: `"15 mm"`, `"350 W/(m^2 K)"`, `"20 degC"`. Any unit of that dimension
 will do; a plain number where a unit is needed is an error. Results are in SI units. A difference (a tolerance) takes no offset:
-`"1 degC"` is 1 K there. A fraction is a number, or a text with per cent: `"0.5 %"`. Where a list is wanted, a single value may
+`"1 degC"` is 1 K there. A relative one is a text with per cent: `"0.5 %"`. Where a list is wanted, a single value may
 go without brackets.
 
 z = 0 is the bottom of a body, and r = sqrt(x^2 + y^2) the distance from the z axis, in two dimensions from the origin. A
@@ -116,10 +116,8 @@ std::string kind(const Key& key) {
       return "numbers";
     case Kind::quantities:
       return "quantities" + unit;
-    case Kind::fraction:
-      return "fraction";
     case Kind::raw_quantities:
-      return "quantities or fractions";
+      return "quantities, relative or not";
     case Kind::table:
       return "section";
   }

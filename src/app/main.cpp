@@ -9,6 +9,7 @@
 
 #include "app/doc.hpp"
 #include "app/run.hpp"
+#include "app/schema.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
@@ -27,7 +28,7 @@ struct CommandLine {
 };
 
 int run_verb(const CommandLine& a, MPI_Comm comm) {
-  const Case c = Case::read(a.case_file, a.overrides);
+  const Case c = Case::read(a.case_file, schema(), a.overrides);
   const std::string folder = a.folder.empty() ? "results/" + c.name() : a.folder;
   catch_interrupts();
   const RunResult result = run(c, comm, {.folder = folder, .quiet = a.quiet});
@@ -105,7 +106,7 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (a.ranks > 1) {
-      Case::read(a.case_file, a.overrides);  // a wrong case is told once, before any rank starts
+      Case::read(a.case_file, schema(), a.overrides);  // a wrong case is told once, before any rank starts
       std::vector<std::string> words;
       for (int n = 1; n < argc; ++n) {
         const std::string word = argv[n];
@@ -122,7 +123,7 @@ int main(int argc, char** argv) {
   }
 
   return under_petsc(argv, [&](MPI_Comm comm) {
-    if (*check) return check_case(Case::read(a.case_file, a.overrides), comm);
+    if (*check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm);
     if (*verify) return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
     return run_verb(a, comm);
   });

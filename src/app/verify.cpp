@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "app/run.hpp"
+#include "app/schema.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "case/json.hpp"
@@ -59,7 +60,7 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
     for (std::size_t n = 0; n < runs.size(); ++n) {
       std::string name = file;
       try {
-        const Case c = Case::read(file, runs[n]);
+        const Case c = Case::read(file, schema(), runs[n]);
         name = c.name();
         if (n == 0)
           for (const std::string& variant : c.variants()) runs.push_back({"variant=" + variant});

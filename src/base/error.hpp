@@ -2,13 +2,14 @@
 // Errors carry what went wrong, where, and the cure; the kind decides the exit code of the command.
 #include <stdexcept>
 #include <string>
+#include <vector>
 
 namespace calor {
 
 /// What kind of thing went wrong; the value is the exit code of the command.
 enum class Fault { command = 2, bad_case = 3, file = 4, numbers = 5 };
 
-/// A place in a file; line and column count from 1, 0 means unknown.
+/// A location in a file; line and column count from 1, 0 means unknown.
 struct SourceLocation {
   std::string file;
   int line = 0;
@@ -18,7 +19,7 @@ struct SourceLocation {
   std::string text() const;
 };
 
-/// "place: what: cure" in one line, e.g. `weld.toml:14:9: 'conductivty' is not a key of
+/// "location: what: cure" in one line, e.g. `weld.toml:14:9: 'conductivty' is not a key of
 /// [material.steel]: did you mean 'conductivity'?`
 class Error : public std::runtime_error {
  public:
@@ -36,7 +37,7 @@ class Error : public std::runtime_error {
   std::string problem_, cure_;
 };
 
-/// Calls `work`. An Error that it throws without a place gets this one.
+/// Calls `work`. An Error that it throws without a location gets this one.
 template <class Work>
 auto located(const SourceLocation& location, const Work& work) {
   try {
@@ -46,5 +47,8 @@ auto located(const SourceLocation& location, const Work& work) {
     throw Error(e.fault(), location, e.problem(), e.cure());
   }
 }
+
+/// Nearest of `known` to `word` by edit distance, or "" when none is near: "did you mean ...?"
+std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace calor

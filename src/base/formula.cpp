@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/units.hpp"
-#include "case/case.hpp"
 
 namespace calor {
 namespace {

@@ -14,7 +14,7 @@ namespace calor {
 /// An expression in x, y, z, r, t, T, pi, e and named parameters.
 class Formula {
  public:
-  /// Throws Error(bad_case, place) for everything that is not one arithmetic expression of known symbols.
+  /// Throws Error(bad_case, location) for everything that is not one arithmetic expression of known symbols.
   Formula(std::string expression, const FormulaUnits& units, const std::map<std::string, double>& parameters,
           const SourceLocation& location);
   Formula(const Formula&) = delete;  // the parser points to the variables

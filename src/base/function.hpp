@@ -36,7 +36,7 @@ class Function {
   Function();  ///< zero
   static Function constant(double value, const SourceLocation& location = {});
   /// muparser expression in x, y, z, r, t, T, pi, e and named parameters. r = sqrt(x^2 + y^2); log is ln.
-  /// Throws Error(bad_case, place, ...) for syntax errors and unknown symbols. `events`: see events().
+  /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see events().
   static Function formula(const std::string& expression, const FormulaUnits& units,
                           const std::map<std::string, double>& parameters = {}, const SourceLocation& location = {},
                           std::vector<double> events = {});
@@ -64,7 +64,7 @@ class Function {
   Function with_breaks(std::vector<double> times) const;
 
   /// out[i] = f(x[i], t, T[i]); out.size() == args.x.size(). A value that is not finite throws
-  /// Error(bad_case|numbers) naming place in the case, point, time and temperature.
+  /// Error(bad_case|numbers) naming location in the case, point, time and temperature.
   void evaluate(const Arguments& args, std::span<double> out) const;
   /// d/dT: exact for curves, central difference of fourth order for formulas and callbacks; 0 where there is no
   /// dependence.

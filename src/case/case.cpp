@@ -92,17 +92,17 @@ Override split_override(const std::string& text) {
 
 }  // namespace
 
-Case Case::read(const std::string& path, const std::vector<std::string>& overrides, const Schema& keys) {
+Case Case::read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides) {
   std::ifstream in(path);
   std::ostringstream text;
   if (in) text << in.rdbuf();
   if (!in || std::filesystem::is_directory(path))
     throw Error(Fault::file, SourceLocation{.file = path}, "the case cannot be read", "check the name of the file");
-  return parse(text.str(), path, overrides, keys);
+  return parse(text.str(), path, keys, overrides);
 }
 
-Case Case::parse(const std::string& text, const std::string& name, const std::vector<std::string>& overrides,
-                 const Schema& keys) {
+Case Case::parse(const std::string& text, const std::string& name, const Schema& keys,
+                 const std::vector<std::string>& overrides) {
   const Value written = read_toml(text, name);
   const std::vector<std::string> variants = variant_names(written);
   const Value* all_variants = variants.empty() ? nullptr : written.find("variant");
@@ -146,8 +146,8 @@ Case Case::parse(const std::string& text, const std::string& name, const std::ve
   node->value = node->root.get();
   node->location = node->value->location;
   node->context = context;
-  node->schema = &keys;
-  node->known = keys_of(keys, "", node->value);
+  node->schema = std::make_shared<Schema>(keys);
+  node->known = keys_of(*node->schema, "", node->value);
 
   Case c{Table(node)};
   c.path_ = name;

@@ -13,7 +13,6 @@
 namespace calor {
 
 class Schema;
-const Schema& schema();
 
 /// One table of a case. Getters take the name of a declared key; what is absent gives the declared default
 /// (`has` tells whether it was written). Quantities come in SI.
@@ -25,13 +24,16 @@ class Table {
   std::string text(const std::string& key) const;
   bool flag(const std::string& key) const;
   long integer(const std::string& key) const;
-  double number(const std::string& key) const;      ///< also quantity, difference and fraction
+  double number(const std::string& key) const;      ///< also quantity and difference
   Function function(const std::string& key) const;  ///< also for a plain quantity
   std::vector<std::string> texts(const std::string& key) const;
   std::vector<long> integers(const std::string& key) const;
   std::vector<double> numbers(const std::string& key) const;  ///< also quantities
   /// Number and unit of Kind::raw_quantities as written.
   std::vector<std::pair<double, std::string>> quantities_with_units(const std::string& key) const;
+  /// One of them in `si`, as a difference (1 degC is 1 K). Refuses what has another dimension: it is no `what`.
+  double in_si(const std::string& key, const std::pair<double, std::string>& written, const std::string& si,
+               const std::string& what, const std::string& cure) const;
 
   /// Sub-table `key`; an empty one with all defaults where it is absent. Also the { NAME = "..." } forms that a
   /// function takes besides (Key::choices); `has(NAME)` tells which.
@@ -62,13 +64,13 @@ class Table {
 
 class Case {
  public:
-  /// Reads and checks a case file. `overrides` are "key.path=value" as on the command line (value in TOML; a bare
-  /// word is taken as a string). "variant=NAME" applies the [[variant]] of that name first. Throws Error.
-  static Case read(const std::string& path, const std::vector<std::string>& overrides = {},
-                   const Schema& keys = schema());
+  /// Reads a case file and checks it against `keys` (schema() of app/schema.hpp has all of them). `overrides` are
+  /// "key.path=value" as on the command line (value in TOML; a bare word is taken as a string). "variant=NAME" applies
+  /// the [[variant]] of that name first. Throws Error.
+  static Case read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides = {});
   /// From text; `name` stands for the file in messages.
-  static Case parse(const std::string& text, const std::string& name, const std::vector<std::string>& overrides = {},
-                    const Schema& keys = schema());
+  static Case parse(const std::string& text, const std::string& name, const Schema& keys,
+                    const std::vector<std::string>& overrides = {});
 
   const Table& root() const { return root_; }
   Table section(const std::string& key) const { return root_.sub(key); }
@@ -92,8 +94,5 @@ class Case {
 
 /// title, method, [parameter], [[variant]] and [output] keys.
 void declare_case(Schema& schema);
-
-/// Nearest of `known` to `word` by edit distance, or "" when none is near.
-std::string nearest(const std::string& word, const std::vector<std::string>& known);
 
 }  // namespace calor

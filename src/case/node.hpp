@@ -12,7 +12,7 @@ namespace calor {
 struct Table::Node {
   std::shared_ptr<Value> root;  ///< keeps the whole case alive
   std::shared_ptr<const Context> context;
-  const Schema* schema = nullptr;
+  std::shared_ptr<const Schema> schema;
   std::string path, schema_path;
   const Value* value = nullptr;  ///< into root; null where the table is absent
   SourceLocation location;

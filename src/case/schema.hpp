@@ -20,7 +20,6 @@ enum class Kind {
   integers,
   numbers,
   quantities,      ///< list of numbers with units
-  fraction,        ///< number, or text "0.37 %"
   raw_quantities,  ///< one or a list of numbers with units of any dimension ("0.2 K", "0.02 %"), kept as written
   table            ///< a sub-table with a section of its own
 };
@@ -58,8 +57,5 @@ class Schema {
  private:
   std::vector<Section> sections_;
 };
-
-/// All of calor's keys: one line per module.
-const Schema& schema();
 
 }  // namespace calor

@@ -73,6 +73,16 @@ std::vector<std::pair<double, std::string>> Table::quantities_with_units(const s
   return read_raw_quantities(node_->get(key), node_->key(key));
 }
 
+double Table::in_si(const std::string& key, const std::pair<double, std::string>& written, const std::string& si,
+                    const std::string& what, const std::string& cure) const {
+  const auto& [value, unit] = written;
+  try {
+    return difference_to_si(value, unit, si);
+  } catch (const std::invalid_argument& e) {
+    refuse(key, fmt::format("\"{} {}\" is no {}: {}", value, unit, what, e.what()), cure);
+  }
+}
+
 Table Table::sub(const std::string& key) const {
   const Value* value = node_->written(key);
   if (value && !value->is_table()) value = nullptr;

@@ -1,5 +1,5 @@
 #pragma once
-// A case as it is written, before anybody asks what its keys mean: values and tables that know their place.
+// A case as it is written, before anybody asks what its keys mean: values and tables that know their location.
 #include <string>
 #include <utility>
 #include <vector>
@@ -46,7 +46,7 @@ struct Entry {
 Value read_toml(const std::string& text, const std::string& file);
 
 /// A single value in TOML; what is none, and does not begin like a string, list or table, is taken as text ("22 s",
-/// disc). Every part of it gets `place`. Throws Error(bad_case).
+/// disc). Every part of it gets `location`. Throws Error(bad_case).
 Value read_toml_value(const std::string& text, const SourceLocation& location);
 
 /// Keys of a dotted path: cloud.radius, material."my steel".density. Throws Error(command).

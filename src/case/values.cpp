@@ -64,15 +64,6 @@ double read_quantity(const Value& value, const Key& key) {
   }
 }
 
-double read_fraction(const Value& value, const Key& key) {
-  if (value.is_number()) return finite(value.number, value, key);
-  if (value.type != Value::Type::text) refuse_type(value, key);
-  const NumberWithUnit q = split(value, key);
-  if (q.unit.empty()) return q.value;
-  if (q.unit != "%") refuse_type(value, key);
-  return q.value / 100;
-}
-
 Key single(Key key) {
   if (key.kind == Kind::quantities) key.kind = Kind::quantity;
   if (key.kind == Kind::numbers) key.kind = Kind::number;
@@ -121,8 +112,6 @@ double read_number(const Value& value, const Key& key) {
     case Kind::quantity:
     case Kind::difference:
       return read_quantity(value, key);
-    case Kind::fraction:
-      return read_fraction(value, key);
     default:
       throw std::logic_error("'" + key.name + "' is not declared as a number");
   }
@@ -174,7 +163,6 @@ void check_value(const Value& value, const Key& key, const Context& context) {
     case Kind::number:
     case Kind::quantity:
     case Kind::difference:
-    case Kind::fraction:
       read_number(value, key);
       return;
     case Kind::function:
@@ -241,8 +229,6 @@ std::string wanted(const Key& key) {
       return "a list of numbers, e.g. [1.5, 2]";
     case Kind::quantities:
       return fmt::format("a list of numbers with units, e.g. [{0}, {0}]", with_unit);
-    case Kind::fraction:
-      return "a number, or a text with %, e.g. \"0.5 %\"";
     case Kind::raw_quantities:
       return "a number with its unit, e.g. \"0.2 K\" or \"0.02 %\", or a list of such";
     case Kind::table:

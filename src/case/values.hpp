@@ -21,7 +21,7 @@ struct Context {
 std::string read_text(const Value& value, const Key& key);
 bool read_flag(const Value& value, const Key& key);
 long read_integer(const Value& value, const Key& key);
-/// number, quantity, difference, fraction or integer; SI.
+/// number, quantity, difference or integer; SI.
 double read_number(const Value& value, const Key& key);
 std::vector<std::string> read_texts(const Value& value, const Key& key);
 std::vector<long> read_integers(const Value& value, const Key& key);
@@ -32,7 +32,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
 /// Reads the value as its key says and drops the result.
 void check_value(const Value& value, const Key& key, const Context& context);
 
-/// The default of a key as if it had been written at `place`; only for keys that have one.
+/// The default of a key as if it had been written at `location`; only for keys that have one.
 Value fallback_value(const Key& key, const SourceLocation& location);
 bool has_fallback(const Key& key);
 

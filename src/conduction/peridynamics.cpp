@@ -10,7 +10,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "base/units.hpp"
 #include "conduction/mirror_images.hpp"
 
 namespace calor {
@@ -33,13 +32,8 @@ Support horizon_of(const Table& options, bool lattice_in_cells) {
                      "take 3.015 on lattices of cells, 2 on other clouds; a length needs its unit");
     return value;
   }
-  double length = 0;
-  try {
-    length = to_si(value, unit, "m");
-  } catch (const std::invalid_argument& e) {
-    options.refuse("horizon", fmt::format("\"{} {}\" is no length: {}", value, unit, e.what()),
-                   "give a multiple of the spacing, such as 3.015, or a length, such as \"0.3 mm\"");
-  }
+  const double length = options.in_si("horizon", given.front(), "m", "length",
+                                      "give a multiple of the spacing, such as 3.015, or a length, such as \"0.3 mm\"");
   if (!(length > 0))
     options.refuse("horizon", fmt::format("a horizon of {:g} m is not positive", length), "give a positive one");
   return {0, length};

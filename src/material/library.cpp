@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "base/units.hpp"
+#include "case/values.hpp"
 
 namespace calor {
 namespace {
@@ -26,8 +26,7 @@ Function tabulated(double (*law)(double)) {
 Function to_function(const LibraryValue& v, const std::string& si) {
   if (v.law) return tabulated(v.law);
   if (!v.unit.empty()) return Function::formula(v.value, {.value = v.unit, .si = si});
-  const auto [number, unit] = split_quantity(v.value);
-  return Function::constant(to_si(number, unit, si));
+  return Function::constant(read_number(Value::of_text(v.value, {}), {"value", Kind::quantity, si, required, ""}));
 }
 
 }  // namespace

@@ -15,7 +15,7 @@ class Materials {
   /// The case must outlive this.
   explicit Materials(const Case& c) : case_(c) {}
 
-  /// Throws Error(bad_case) at `place` for a name that is unknown, and at the material's own keys for what is wrong
+  /// Throws Error(bad_case) at `location` for a name that is unknown, and at the material's own keys for what is wrong
   /// there.
   std::shared_ptr<const Material> get(const std::string& name, const SourceLocation& location);
   /// The one material that is not a phase of another; throws Error(bad_case) where there are none or several.

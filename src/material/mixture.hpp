@@ -28,8 +28,8 @@ struct MixtureRecipe {
   Pores pores = Pores::sequential;
 };
 
-/// Throws Error(bad_case) for a fraction or porosity that depends on more than place, and at `place` with Basis::mass
-/// for a rule that takes volumes only and for densities that depend on temperature.
+/// Throws Error(bad_case) for a fraction or porosity that depends on more than place, and at `location` with
+/// Basis::mass for a rule that takes volumes only and for densities that depend on temperature.
 std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const SourceLocation& location);
 
 }  // namespace calor

@@ -9,7 +9,6 @@
 #include <stdexcept>
 
 #include "base/parallel.hpp"
-#include "base/units.hpp"
 
 namespace calor {
 
@@ -62,18 +61,17 @@ std::vector<double> read_times(const Case& c, const Table& table) {
 std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
                                         std::size_t times) {
   std::vector<Tolerance> out;
-  for (const auto& [value, unit] : table.quantities_with_units(key)) {
-    const bool is_relative = unit == "%";
-    try {
-      out.push_back({is_relative ? value : difference_to_si(value, unit, quantity.unit), is_relative});
-    } catch (const std::invalid_argument& e) {
-      table.refuse(key, fmt::format("\"{} {}\" is no difference of {}: {}", value, unit, quantity.plural, e.what()),
-                   quantity.unit.empty()
-                       ? "write a number, or in %: 1e-3 or \"0.02 %\""
-                       : fmt::format("write it in {0} or in %, e.g. \"0.2 {0}\" or \"0.02 %\"", quantity.unit));
-    }
-    if (!(out.back().value >= 0))
-      table.refuse(key, fmt::format("{} is negative", value), "the allowed difference is a positive number");
+  const std::string cure = quantity.unit.empty()
+                               ? "write a number, or in %: 1e-3 or \"0.02 %\""
+                               : fmt::format("write it in {0} or in %, e.g. \"0.2 {0}\" or \"0.02 %\"", quantity.unit);
+  for (const auto& written : table.quantities_with_units(key)) {
+    const bool is_relative = written.second == "%";
+    const double value = is_relative
+                             ? written.first
+                             : table.in_si(key, written, quantity.unit, "difference of " + quantity.plural, cure);
+    if (!(value >= 0))
+      table.refuse(key, fmt::format("{} is negative", written.first), "the allowed difference is a positive number");
+    out.push_back({value, is_relative});
   }
   if (out.size() != 1 && out.size() != times)
     table.refuse(key, fmt::format("{} differences for {} times", out.size(), times),

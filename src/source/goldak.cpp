@@ -42,7 +42,7 @@ const SourceKind goldak_source = {
                                  .is_round = front == rear && front == width,
                                  .axis = into.axis,
                                  .into = into.sign,
-                                 .depth = SourceProfile::half_gaussian(depth),
+                                 .depth = SourceProfile::gaussian(depth, depth, 1),
                                  .radius = std::sqrt(6) * std::min({front, rear, width, depth}),
                                  .sigma = std::min(front, rear)});
     }};

@@ -197,12 +197,6 @@ double Path::fastest(double begin, double end) const {
   return speed;
 }
 
-double Path::largest_power() const {
-  double power = 0;
-  for (const Segment& p : segments_) power = std::max({power, p.power_from, p.power_to});
-  return power;
-}
-
 void refuse_path(const Table& source) {
   for (const char* key : {"power", "efficiency", "half", "normalise", "at", "path", "pass"})
     if (source.has(key))

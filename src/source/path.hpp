@@ -18,7 +18,7 @@ struct Pose {
 
 class Path {
  public:
-  /// A straight piece of the way, in time; place and power are linear in between.
+  /// A straight segment of the way, in time; place and power are linear in between.
   struct Segment {
     double begin, end;  ///< s
     Vec3 from, to;      ///< m
@@ -38,12 +38,11 @@ class Path {
   std::vector<double> events() const;
   /// Largest speed between two times, m/s.
   double fastest(double begin, double end) const;
-  double largest_power() const;  ///< W
   const std::vector<Segment>& segments() const { return segments_; }
 
  private:
   std::vector<Segment> segments_;
-  std::vector<Vec3> direction_;  ///< of every piece
+  std::vector<Vec3> direction_;  ///< of every segment
 };
 
 /// Refuses the keys of power and path in a source that has no use for them.

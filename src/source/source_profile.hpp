@@ -11,8 +11,6 @@ class SourceProfile {
     return {Kind::gaussian, ahead, behind, part_ahead};
   }
   static SourceProfile gaussian(double sigma) { return gaussian(sigma, sigma, 0.5); }
-  /// exp(-s^2 / (2 sigma^2)) ahead alone.
-  static SourceProfile half_gaussian(double sigma) { return gaussian(sigma, sigma, 1); }
   /// The same density over a width, with the source in the middle.
   static SourceProfile box(double width) { return {Kind::box, width, width, 0.5}; }
   /// The same density throughout the body.

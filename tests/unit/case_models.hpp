@@ -9,6 +9,7 @@
 
 #include "app/model.hpp"
 #include "app/run.hpp"
+#include "app/schema.hpp"
 #include "base/parallel.hpp"
 #include "case/case.hpp"
 #include "errors.hpp"
@@ -47,7 +48,7 @@ inline std::string replaced(std::string text, const std::string& old, const std:
 }
 
 /// A case given as text; in messages it is "test.toml".
-inline Case parse_case(const std::string& text) { return Case::parse(text, "test.toml"); }
+inline Case parse_case(const std::string& text) { return Case::parse(text, "test.toml", schema()); }
 
 /// Heat rates of the owned points and powers of the accounts, W.
 struct Rates {

@@ -26,7 +26,7 @@ const Schema& keys() {
 
 Cloud cloud_of(const std::string& table) {
   return make_cloud(MPI_COMM_SELF,
-                    Case::parse("title = \"t\"\n[cloud]\n" + table + "\n[material.any]\n", "t.toml", {}, keys()), 2);
+                    Case::parse("title = \"t\"\n[cloud]\n" + table + "\n[material.any]\n", "t.toml", keys()), 2);
 }
 
 std::string refusal(const std::string& table) {

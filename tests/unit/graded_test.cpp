@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/model.hpp"
+#include "app/schema.hpp"
 #include "case/case.hpp"
 #include "errors.hpp"
 #include "material/mixing_rules.hpp"
@@ -49,7 +50,7 @@ std::string plate(const std::string& rule, const std::string& fraction, const st
 
 /// A case up to its heat system.
 struct Built {
-  explicit Built(const std::string& text) : description(Case::parse(text, "test.toml")) {
+  explicit Built(const std::string& text) : description(Case::parse(text, "test.toml", schema())) {
     Phases phases;
     model.emplace(build_model(description, MPI_COMM_SELF, phases));
   }
@@ -259,7 +260,10 @@ name = "formula"
 set  = { material.plate.fraction = { formula = "0.25" } }
 )toml";
   const auto fraction = [&](const std::string& variant) {
-    return Case::parse(text, "test.toml", {"variant=" + variant}).section("material").sub("plate").function("fraction");
+    return Case::parse(text, "test.toml", schema(), {"variant=" + variant})
+        .section("material")
+        .sub("plate")
+        .function("fraction");
   };
   EXPECT_NEAR(fraction("steep")({.x = 0.005}), 0.125, 1e-15);
   EXPECT_EQ(fraction("formula")({.x = 0.005}), 0.25);

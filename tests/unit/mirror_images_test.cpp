@@ -10,6 +10,7 @@
 #include <tuple>
 
 #include "app/model.hpp"
+#include "app/schema.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "conduction/correction_steps.hpp"
@@ -147,7 +148,7 @@ struct Built {
   Model model;
 
   explicit Built(const std::string& text, MPI_Comm comm = MPI_COMM_SELF)
-      : description(Case::parse(text, "test.toml")), model(build_model(description, comm, phases)) {}
+      : description(Case::parse(text, "test.toml", schema())), model(build_model(description, comm, phases)) {}
   HeatSystem& system() const { return *model.system; }
   const Cloud& cloud() const { return *model.cloud; }
 };
@@ -287,7 +288,7 @@ TEST(MirrorImages, AreNoCureForCurvedWalls) {
   const Case c = Case::parse(
       "title = \"t\"\nmethod = \"sph\"\n[boundary.xmin]\ntemperature = \"1 K\"\n[steady]\n[material.m]\n"
       "conductivity = \"1 W/(m K)\"\n[cloud]\nshape = \"box\"\nsize = \"1 m\"\n",
-      "test.toml");
+      "test.toml", schema());
   try {
     make_conditions(c, cloud);
     FAIL() << "accepted";

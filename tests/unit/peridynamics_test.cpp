@@ -9,6 +9,7 @@
 
 #include "app/model.hpp"
 #include "app/run.hpp"
+#include "app/schema.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "method_clouds.hpp"
@@ -132,7 +133,7 @@ double harmonic_error(int intervals, int dimension, const std::string& at) {
           "]\n[material.m]\nconductivity = \"1 W/(m K)\"\n[peridynamics]\nhorizon = 2\n" + "[boundary.all]\non = [" +
           faces + "]\ntemperature = " + T + "\n[steady]\n[[expect]]\nfield = true\nnorm = \"rms\"\nvalue = " + T +
           "\nwithin = \"1 K\"\n",
-      "test.toml");
+      "test.toml", schema());
   return run(c, MPI_COMM_SELF, {.folder = "", .quiet = true}).verdicts.at(0).error;
 }
 
@@ -151,7 +152,7 @@ TEST(Peridynamics, IsLinearInTheTemperatureOfTheWall) {
   // The plate of Wang et al., figs. 12 and 13, with equal steps: T - T0 in proportion to T1 - T0 to round-off.
   const auto final_rise = [](double T1) {
     const Case c =
-        Case::read(CALOR_SOURCE_DIR "/cases/wang/fig12-fig13.toml",
+        Case::read(CALOR_SOURCE_DIR "/cases/wang/fig12-fig13.toml", schema(),
                    {"cloud.points=200", "time.step=\"0.02 s\"", "time.integrator=\"rkl2\"", "time.end=\"1 s\"",
                     "boundary.ceramic.temperature=\"" + std::to_string(T1) + " degC\"", "expect=[]"});
     Phases phases;
@@ -176,7 +177,7 @@ TEST(Peridynamics, RefusesWhatItCannotDo) {
         "[material.m]\nconductivity = \"1 W/(m K)\"\n[boundary.xmin]\ntemperature = \"1 "
         "K\"\n[steady]\n[peridynamics]\n" +
             options,
-        "test.toml");
+        "test.toml", schema());
     Phases phases;
     try {
       build_model(c, MPI_COMM_SELF, phases);

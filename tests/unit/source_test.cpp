@@ -19,7 +19,7 @@ namespace {
 const std::string head = box_case({"1 m"}, {2}) + "[material.m]\nlibrary = \"iron\"\n[time]\nend = \"1 s\"\n";
 
 std::vector<std::unique_ptr<Source>> sources_of(const std::string& text, const Cloud& cloud) {
-  const Case c = Case::parse(head + text, "weld.toml");
+  const Case c = Case::parse(head + text, "weld.toml", schema());
   return make_sources(c, cloud);
 }
 
@@ -236,7 +236,7 @@ from = ["0 mm", "5 mm"]
 to = ["10 mm", "5 mm"]
 speed = "10 mm/s"
 )",
-                             "weld.toml");
+                             "weld.toml", schema());
   const Path path = Path::read(c.section("source").sub("arc"), 2);
   EXPECT_FALSE(path.at(0.5));
   EXPECT_NEAR(path.at(1.25)->place.x, 2.5e-3, 1e-15);
@@ -258,8 +258,8 @@ TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
   const TemporaryFolder folder;
   const std::string file =
       folder.write("path.csv", "t [s],x [mm],y [mm],power [W]\n0,0,0,100\n1,10,0,200\n1,10,0,400\n2,20,1,400\n");
-  const Case c =
-      Case::parse(head + "[source.arc]\ncolumn = { sigma = \"1 mm\" }\npath = \"" + file + "\"\n", "weld.toml");
+  const Case c = Case::parse(head + "[source.arc]\ncolumn = { sigma = \"1 mm\" }\npath = \"" + file + "\"\n",
+                             "weld.toml", schema());
   const Path path = Path::read(c.section("source").sub("arc"), 2);
   EXPECT_NEAR(path.at(0.5)->place.x, 5e-3, 1e-15);
   EXPECT_NEAR(path.at(0.5)->power, 150, 1e-12);

@@ -7,13 +7,14 @@
 #include <vector>
 
 #include "app/run.hpp"
+#include "app/schema.hpp"
 
 namespace calor {
 namespace {
 
 /// Error of expectation `which` of a shipped case, with some keys changed.
 double error_of(const std::string& file, const std::vector<std::string>& changes, std::size_t which) {
-  const Case c = Case::read(CALOR_SOURCE_DIR "/cases/rong-kisu/" + file, changes);
+  const Case c = Case::read(CALOR_SOURCE_DIR "/cases/rong-kisu/" + file, schema(), changes);
   return run(c, MPI_COMM_SELF, {.folder = "", .quiet = true}).verdicts.at(which).error;
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "app/run.hpp"
+#include "app/schema.hpp"
 
 namespace calor {
 namespace {
@@ -47,7 +48,8 @@ isotherm = "{} degC"
         t, front * std::sqrt(t / 60));
   }
   double error = 0;
-  for (const Verdict& v : run(Case::parse(text, "melting.toml"), MPI_COMM_SELF, {.folder = "", .quiet = true}).verdicts)
+  for (const Verdict& v :
+       run(Case::parse(text, "melting.toml", schema()), MPI_COMM_SELF, {.folder = "", .quiet = true}).verdicts)
     error += v.error / count;
   return error;
 }

@@ -1,0 +1,10 @@
+#pragma once
+// All of calor's keys: one line per module.
+#include "case/schema.hpp"
+
+namespace calor {
+
+/// The keys of all rooms; what was added to a registry is among them.
+Schema schema();
+
+}  // namespace calor
