@@ -1,5 +1,8 @@
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+
 #include "app/model.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
@@ -20,7 +23,8 @@ int check_case(const Case& c, MPI_Comm comm) {
   State& state = begin.state;
   const auto weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
   Expectations expectations(c, cloud, system.material(), probes, weld.get(), "");
-  if (!is_steady(c)) make_integrator(c, system, state);  // refuses what does not fit
+  if (!is_steady(c))  // refuses what does not fit
+    std::ranges::copy(make_integrator(c, system, state)->notes, std::back_inserter(model.notes));
   const bool takes_explicit = !is_steady(c) && system.capacity_is_lumped();
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <limits>
 
 #include "base/parallel.hpp"
@@ -88,6 +89,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     m.T_start = initial_temperatures(c, *m.cloud);
   });
   m.notes = conditions.notes;
+  for (const auto& source : sources) std::ranges::copy(source->notes, std::back_inserter(m.notes));
   double driving_mean = 0;
   TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
   if (!c.root().has("initial")) {
@@ -105,6 +107,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     phases.measure("weights",
                    [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
+  std::ranges::copy(discretisation.notes, std::back_inserter(m.notes));
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
   for (const QuadraturePoints* points : discretisation.locations)

@@ -97,6 +97,8 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   const std::unique_ptr<WeldResults> weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
   Expectations expectations(c, cloud, system.material(), probes, weld.get(), options.folder);
   std::unique_ptr<Integrator> integrator = steady ? nullptr : make_integrator(c, system, state);
+  if (integrator)
+    for (const std::string& note : integrator->notes) say(spdlog::level::info, note);
 
   // What a case can be refused for has been refused: from here on files are written.
   log.open(options.folder);

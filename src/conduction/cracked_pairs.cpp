@@ -1,6 +1,6 @@
 #include "conduction/cracked_pairs.hpp"
 
-#include <spdlog/spdlog.h>
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -196,12 +196,13 @@ Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& 
   const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - pairs->neighbours().column.size()));
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());
-  if (rank_of(cloud.comm) == 0 && cracks.moved() > 0)
-    spdlog::info(
+  Discretisation discretisation = nodal_discretisation(cloud, conditions, std::move(pairs));
+  if (cracks.moved() > 0)
+    discretisation.notes.push_back(fmt::format(
         "{} point{} on a crack taken to lie beside it, 1e-3 spacings to the left of its direction (in 3D: where "
         "its corners run counter-clockwise)",
-        cracks.moved(), cracks.moved() == 1 ? " is" : "s are");
-  return nodal_discretisation(cloud, conditions, std::move(pairs));
+        cracks.moved(), cracks.moved() == 1 ? " is" : "s are"));
+  return discretisation;
 }
 
 }  // namespace calor

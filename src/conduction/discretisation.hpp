@@ -2,6 +2,7 @@
 // What a method makes of a cloud: the terms of conduction, the degrees of freedom and what they hold. Nothing that
 // takes it asks which method made it.
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "boundary/conditions.hpp"
@@ -23,6 +24,7 @@ struct Discretisation {
   std::vector<const QuadraturePoints*> locations;
   /// The subdomains of the owned points, over which sources are integrated; null: the points' cells.
   std::unique_ptr<CellSamples> subdomains;
+  std::vector<std::string> notes;  ///< what a user should know about it
 };
 
 /// For methods whose degrees of freedom are the temperatures of points that hold the heat of their cells: adds to

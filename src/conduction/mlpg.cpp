@@ -1,7 +1,6 @@
 #include "conduction/mlpg.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -199,9 +198,9 @@ Support reach(const Case& c) {
   return mlpg_reach(o);
 }
 
-/// Refuses schemes whose waves grow, and tells how far the circles bias the diffusivity.
-void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o, const FaceConduction& conduction,
-                     bool transient, MethodReport& report) {
+/// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
+std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
+                                         const FaceConduction& conduction, bool transient, MethodReport& report) {
   const bool spheres = o.subdomain == MlpgSubdomain::sphere;
   constexpr const char* cure =
       "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the linear "
@@ -215,23 +214,21 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
     report["least_capacity_symbol"] = symbols.least_capacity;
     report["least_rate_symbol"] = symbols.least_rate;
     report["kappa"] = symbols.kappa;
-    if (spheres && std::abs(symbols.kappa - 1) > 1e-3 && rank_of(cloud.comm) == 0)
-      spdlog::warn(
-          "{}: circles of radius {:g} with support {:g} conduct as if the diffusivity were {:.4f} of what it is, "
-          "however "
-          "fine the cloud; subdomain = \"tiles\" has no such error",
-          table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa);
     if (transient && !symbols.stable())
       table.refuse("support",
                    fmt::format("the scheme is unstable: inside the lattice, waves have a heat capacity down to {:.2g} "
                                "of the cell's and rates of decay down to {:.3g} diffusivity / spacing^2",
                                symbols.least_capacity, symbols.least_rate),
                    cure);
-    return;
+    if (!spheres || std::abs(symbols.kappa - 1) <= 1e-3) return {};
+    return {fmt::format(
+        "{}: circles of radius {:g} with support {:g} conduct as if the diffusivity were {:.4f} of what it is, however "
+        "fine the cloud; subdomain = \"tiles\" has no such error",
+        table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)};
   }
   const bool always_stable =
       o.mls.degree == 1 && cloud.dimension < 3 && o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
-  if (!transient || always_stable) return;
+  if (!transient || always_stable) return {};
   const double growth = start_up_growth(cloud, conduction);
   report["start_up_growth"] = growth;
   if (growth > 1.02)
@@ -243,6 +240,7 @@ void check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& 
                                    "of a tenth of spacing^2 / diffusivity",
                                    growth),
                  cure);
+  return {};
 }
 
 /// The scheme as a discretisation.
@@ -285,8 +283,10 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   report["enlarged_supports"] = static_cast<double>(done.supports.enlarged);
   report["largest_support"] = done.supports.largest;
   if (o.flux == MlpgFlux::edge_stabilised) return nodal_discretisation(cloud, conditions, std::move(scheme.conduction));
-  check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
-  return parameter_discretisation(cloud, conditions, std::move(scheme));
+  auto notes = check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
+  Discretisation discretisation = parameter_discretisation(cloud, conditions, std::move(scheme));
+  discretisation.notes = std::move(notes);
+  return discretisation;
 }
 
 }  // namespace

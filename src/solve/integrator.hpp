@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "case/case.hpp"
 #include "case/schema.hpp"
@@ -28,10 +29,11 @@ class Integrator {
   virtual void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
   virtual std::string name() const = 0;  ///< as in [time] integrator
   StepCounts counts;
+  std::vector<std::string> notes;  ///< what a user should know about its steps
 };
 
 /// The integrator that [time] names, or the one that fits best. Checks a fixed step against the stability limit:
-/// above the Gershgorin bound a warning, above 2/lambda_max an Error. Collective.
+/// above the Gershgorin bound a note, above 2/lambda_max an Error. Collective.
 std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, State& start);
 
 struct SteadyReport {

@@ -1,12 +1,10 @@
 #include "solve/integrators.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
+#include <iterator>
 #include <vector>
-
-#include "base/parallel.hpp"
 
 namespace calor {
 namespace {
@@ -45,19 +43,19 @@ std::string automatic(const Table& time, HeatSystem& system, State& start) {
 }
 
 /// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
-void check_step(const Table& time, HeatSystem& system, State& start, double step) {
+/// Returns a note where the step is stable, but temperatures may overshoot.
+std::vector<std::string> check_step(const Table& time, HeatSystem& system, State& start, double step) {
   const double bound = system.explicit_rate_bound(start.t, start.T);
-  if (step * bound <= 2 * (1 + 1e-9)) return;
+  if (step * bound <= 2 * (1 + 1e-9)) return {};
   const double limit = 2 / (system.frozen_jacobian_is_symmetric() ? system.largest_rate(start.t, start.T) : bound);
   if (step > limit)
     time.refuse("step",
                 fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
                 fmt::format("take at most {:.3g} s, leave the step out, or choose another integrator", 2 / bound));
-  if (rank_of(system.cloud().comm) == 0)
-    spdlog::warn(
-        "{}: the step of {:.6g} s is above the Gershgorin bound of {:.6g} s (but below the true limit of {:.6g} s): "
-        "stable, but temperatures may overshoot",
-        time.location("step").text(), step, 2 / bound, limit);
+  return {fmt::format(
+      "{}: the step of {:.6g} s is above the Gershgorin bound of {:.6g} s (but below the true limit of {:.6g} s): "
+      "stable, but temperatures may overshoot",
+      time.location("step").text(), step, 2 / bound, limit)};
 }
 
 }  // namespace
@@ -91,9 +89,11 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     (key == std::string("step") ? options.step : options.tolerance) = time.number(key);
   }
   const double longest = system.longest_step(0, time.number("end"));
-  if (options.step && *options.step > longest * (1 + 1e-9) && rank_of(system.cloud().comm) == 0)
-    spdlog::warn("{}: a step of {:.3g} s does not resolve the moving source: 0.3 of its sigma take {:.3g} s",
-                 time.location("step").text(), *options.step, longest);
+  std::vector<std::string> notes;
+  if (options.step && *options.step > longest * (1 + 1e-9))
+    notes.push_back(
+        fmt::format("{}: a step of {:.3g} s does not resolve the moving source: 0.3 of its sigma take {:.3g} s",
+                    time.location("step").text(), *options.step, longest));
   if (!options.step && !kind.is_adaptive && longest < time.number("end")) options.step = longest;
   if (!options.step && !kind.is_adaptive)
     time.refuse("integrator", fmt::format("{} takes fixed steps, and no step is given", kind.name),
@@ -101,8 +101,11 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
   options.safety = time.number("safety");
   if (!(options.safety > 0 && options.safety <= 1))
     time.refuse("safety", fmt::format("a safety of {} does not lie between 0 and 1", options.safety), "take 0.9");
-  if (kind.name == "euler" && options.step) check_step(time, system, start, *options.step);
-  return kind.make(options);
+  if (kind.name == "euler" && options.step)
+    std::ranges::copy(check_step(time, system, start, *options.step), std::back_inserter(notes));
+  std::unique_ptr<Integrator> integrator = kind.make(options);
+  integrator->notes = std::move(notes);
+  return integrator;
 }
 
 void declare_time(Schema& schema) {

@@ -1,7 +1,6 @@
 #include "source/moving_source.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <cmath>
@@ -353,14 +352,15 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
                  : table.has("path") ? "path"
                                      : "pass",
                  fmt::format("the source '{}' never touches the body", name), "move it onto the body");
-  if (shape.radius > 0 && shape.radius < 2 * spacing && rank_of(cloud.comm) == 0)
-    spdlog::warn(
-        "{}: the source '{}' has a radius of {:.3g} mm, less than two spacings of {:.3g} mm: its power is right, "
-        "temperatures near it are not resolved",
-        table.location().text(), name, 1e3 * shape.radius, 1e3 * spacing);
   Shape resolved = shape;
   if (resolved.sigma == 0) resolved.sigma = spacing;
-  return std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
+  auto source = std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
+  if (shape.radius > 0 && shape.radius < 2 * spacing)
+    source->notes.push_back(fmt::format(
+        "{}: the source '{}' has a radius of {:.3g} mm, less than two spacings of {:.3g} mm: its power is right, "
+        "temperatures near it are not resolved",
+        table.location().text(), name, 1e3 * shape.radius, 1e3 * spacing));
+  return source;
 }
 
 double sigma_of(const Table& table) {

@@ -39,7 +39,8 @@ class Source {
     return std::numeric_limits<double>::infinity();
   }
 
-  const std::string name;  ///< its account in energy.csv
+  const std::string name;          ///< its account in energy.csv
+  std::vector<std::string> notes;  ///< what a user should know about it
 };
 
 /// Sources of [source.*] on the cloud. Collective; throws Error.

@@ -1,0 +1,8 @@
+# What calor stands on; programs that embed the installed library find the same.
+find_package(PkgConfig REQUIRED)
+find_package(MPI REQUIRED COMPONENTS CXX)  # pkg-config PETSc names no MPI include path
+pkg_check_modules(PETSC REQUIRED IMPORTED_TARGET PETSc>=3.18)
+pkg_check_modules(MUPARSER REQUIRED IMPORTED_TARGET muparser)
+pkg_check_modules(UDUNITS REQUIRED IMPORTED_TARGET udunits)
+find_package(fmt REQUIRED)
+find_package(spdlog REQUIRED)

@@ -1,0 +1,33 @@
+# Tests: ctest finds every GoogleTest by its name; suites whose name ends in `Parallel` run on 2, 3 and 4 ranks too.
+find_package(GTest REQUIRED)
+find_package(rapidcheck REQUIRED)
+find_package(Python3 REQUIRED COMPONENTS Interpreter)
+include(GoogleTest)
+
+file(GLOB unit_sources CONFIGURE_DEPENDS tests/unit/*.cpp tests/verify/*.cpp)
+add_executable(unit_tests ${unit_sources})
+target_compile_definitions(unit_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
+                                              CALOR_COMMAND="$<TARGET_FILE:calor>")
+add_dependencies(unit_tests calor)
+target_link_libraries(unit_tests PRIVATE calor_lib fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS)
+gtest_discover_tests(unit_tests DISCOVERY_TIMEOUT 60)
+
+set(tests ${CMAKE_SOURCE_DIR}/tests)
+set(python ${Python3_EXECUTABLE} -B)
+foreach(ranks 2 3 4)
+  add_test(NAME unit_on_${ranks}_ranks
+           COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} $<TARGET_FILE:unit_tests>
+                   --gtest_filter=*Parallel.*)
+endforeach()
+add_test(NAME bad_cases COMMAND ${python} ${tests}/bad_cases/run.py $<TARGET_FILE:calor>)
+add_test(NAME contract COMMAND ${python} ${tests}/contract/run.py $<TARGET_FILE:calor>)
+add_test(NAME verify COMMAND calor verify cases WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
+add_test(NAME embedding COMMAND ${python} ${tests}/embedding/run.py ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR})
+add_test(NAME include_order COMMAND ${python} ${tests}/architecture/include_order.py)
+add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
+
+# Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
+set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks)
+set_tests_properties(${with_ranks} bad_cases contract verify embedding PROPERTIES ENVIRONMENT
+  "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
+set_tests_properties(${with_ranks} PROPERTIES PROCESSORS 2)
