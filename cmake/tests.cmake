@@ -9,7 +9,7 @@ add_executable(unit_tests ${unit_sources})
 target_compile_definitions(unit_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                               CALOR_COMMAND="$<TARGET_FILE:calor>")
 add_dependencies(unit_tests calor)
-target_link_libraries(unit_tests PRIVATE calor_lib fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS)
+target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS)
 gtest_discover_tests(unit_tests DISCOVERY_TIMEOUT 60)
 
 set(tests ${CMAKE_SOURCE_DIR}/tests)
