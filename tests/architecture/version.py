@@ -17,5 +17,5 @@ released, date = first("CHANGELOG.md", r"^## \[(\d\S*)\] - (\d{4}-\d{2}-\d{2})$"
 (cited,) = first("CITATION.cff", r"^version: (\S+)$")
 (cited_date,) = first("CITATION.cff", r"^date-released: (\S+)$")
 if (version, version, date) != (released, cited, cited_date):
-    sys.exit(f"CMakeLists.txt has version {version}, CHANGELOG.md {released} of {date}, CITATION.cff {cited} of {cited_date}")
+    sys.exit(f"CMakeLists.txt: {version}, CHANGELOG.md: {released} of {date}, CITATION.cff: {cited} of {cited_date}")
 print(f"{version} of {date}")
