@@ -5,10 +5,11 @@
 #include <cstdlib>
 
 #include "app/model.hpp"
+#include "app/schema.hpp"
 #include "solve/integrator.hpp"
 
 void march(const char* file, double end, int steps) {
-  const calor::Case c = calor::Case::read(file);
+  const calor::Case c = calor::Case::read(file, calor::schema());
   calor::Phases phases;
   const calor::Model model = calor::build_model(c, PETSC_COMM_WORLD, phases);
   const calor::Probes probes(c, *model.cloud, &model.system->dofs());

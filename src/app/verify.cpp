@@ -49,8 +49,7 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
     if (!speaks) return;
     print(name, v);
     entries += fmt::format(
-        "{}  {{\"case\": {}, \"what\": {}, \"norm\": {}, \"unit\": {}, \"error\": {}, \"tolerance\": {}, \"passed\": "
-        "{}}}",
+        R"({}  {{"case": {}, "what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}}})",
         entries.empty() ? "" : ",\n", json_string(name), json_string(v.what), json_string(v.norm), json_string(v.unit),
         json_number(v.error), json_number(v.tolerance), v.passed);
   };

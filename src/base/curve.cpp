@@ -148,7 +148,7 @@ class Points final : public Curve::Knots {
   /// Equal buckets over the table; rounding cannot put a smaller x into a higher one. NaN goes into the last.
   std::size_t bucket(double x) const {
     const double b = (x - x_.front()) * buckets_per_x_;
-    const double last = static_cast<double>(below_.size() - 1);
+    const auto last = static_cast<double>(below_.size() - 1);
     const double inside = b < last ? b : last;
     return static_cast<std::size_t>(inside > 0 ? inside : 0);
   }
@@ -199,7 +199,7 @@ class Samples final : public Curve::Knots {
   template <Ask ask>
   void evaluate(std::span<const double> x, std::span<double> out) const {
     const Cubic* cubics = cubics_.data() + unused_;
-    const double last = static_cast<double>(cubics_.size() - unused_ - 1);
+    const auto last = static_cast<double>(cubics_.size() - unused_ - 1);
     const double scale = ask == Ask::value ? 1 : ask == Ask::derivative ? per_step_ : step_;
     for (std::size_t i = 0; i < x.size(); ++i) {
       const double u = x[i] * per_step_;
@@ -256,7 +256,7 @@ class Samples final : public Curve::Knots {
                       ", too far from where it is known",
                   "look why the temperatures run away, or use a table instead of a formula");
     }
-    for (double i = 0; i < above; ++i) {
+    for (auto missing = static_cast<std::int64_t>(above); missing > 0; --missing) {
       Cubic c = interval(first_ + size(), step_);
       if (size() > 0) c.before = cubics_.back().before + area(cubics_.back());
       cubics_.push_back(c);
@@ -266,7 +266,7 @@ class Samples final : public Curve::Knots {
       cubics_.insert(cubics_.begin(), room, Cubic{});
       unused_ += room;
     }
-    for (double i = 0; i < below; ++i) {
+    for (auto missing = static_cast<std::int64_t>(below); missing > 0; --missing) {
       Cubic c = interval(first_ - 1, step_);
       c.before = cubics_[unused_].before - area(c);
       cubics_[--unused_] = c;

@@ -25,15 +25,15 @@ PetscErrorCode collect(MPI_Comm, int, const char*, const char*, PetscErrorCode c
 
 void collect_errors() { check(PetscPushErrorHandler(collect, nullptr)); }
 
-void check(PetscErrorCode code, std::source_location at) {
+void check(PetscErrorCode code, const char* file, int line) {
   if (code == 0) return;
   const std::string said = std::exchange(message, "");
   if (held) std::rethrow_exception(std::exchange(held, nullptr));
   const char* kind = nullptr;
   PetscErrorMessage(code, &kind, nullptr);
-  const std::string file = at.file_name();
+  const std::string path = file;
   throw Error(Fault::numbers,
-              fmt::format("PETSc failed ({}:{}): {}{}{}", file.substr(file.rfind('/') + 1), at.line(),
+              fmt::format("PETSc failed ({}:{}): {}{}{}", path.substr(path.rfind('/') + 1), line,
                           kind ? kind : "unknown error", said.empty() ? "" : ": ", said),
               code == PETSC_ERR_MEM ? "take fewer points, or more memory" : "please report this, with the case file");
 }

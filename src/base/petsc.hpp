@@ -5,7 +5,6 @@
 
 #include <concepts>
 #include <cstdint>
-#include <source_location>
 #include <span>
 #include <type_traits>
 #include <utility>
@@ -18,7 +17,7 @@ void collect_errors();
 
 /// Throws what a call to PETSc that failed has to say: the exception that waits in a callback, or Error(numbers) with
 /// PETSc's own message.
-void check(PetscErrorCode code, std::source_location at = std::source_location::current());
+void check(PetscErrorCode code, const char* file = __builtin_FILE(), int line = __builtin_LINE());
 
 /// The current exception waits until C code has returned to check(). Returns the code that ends the C code.
 PetscErrorCode hold_exception();
