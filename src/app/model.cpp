@@ -78,9 +78,9 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const bool steady = is_steady(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
   const SourceLocation cloud_location = c.section("cloud").location(c.section("cloud").has("file") ? "file" : "shape");
-  const Support reach = method.reach(c);
+  const Support support = method.support(c);
   located(cloud_location,
-          [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, reach)); }); });
+          [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
   phases.measure("conditions", [&] {
@@ -131,7 +131,7 @@ Start start(const Model& m) {
   try {
     Start s{.state = system.start(0, m.T_start), .E_before_walls = {}};
     s.E_before_walls = s.state.E;
-    system.impose(0, s.state.T, s.state.E, s.state.exchanged);
+    system.impose(0, s.state.T, s.state.E, s.state.cumulative_heat);
     const std::vector<double> T = system.temperatures(s.state.T);
     collective_try(m.cloud->comm, [&] {
       std::vector<double> value(T.size());

@@ -1,8 +1,13 @@
 #pragma once
 // Points whose degree of freedom does not follow from a heat balance: prescribed temperatures, held by the points or
 // collocated, and the algebraic wall rows of a paper. Each puts rows c(t, u) = 0 in the place of their balances.
+#include <memory>
 #include <span>
+#include <vector>
 
+#include "boundary/conditions.hpp"
+#include "cloud/cloud.hpp"
+#include "conduction/capacity.hpp"
 #include "conduction/heat_term.hpp"
 
 namespace calor {
@@ -33,5 +38,13 @@ class Constraint {
   /// `heat`, by account, J. Collective.
   virtual void impose(Evaluation& at, double t, std::span<double> u, std::span<double> E, std::span<double> heat) = 0;
 };
+
+/// The constraint of [boundary.*] temperatures on points, as the degrees of freedom take it; null where no point of any
+/// rank has one. All arguments must outlive it. Collective.
+std::unique_ptr<Constraint> prescribed_points(const Cloud& cloud, std::span<const PrescribedTerm> temperatures,
+                                              Dofs& dofs, Capacity& capacity);
+
+/// Owned points that the terms prescribe, ascending.
+std::vector<int> points_of(std::span<const PrescribedTerm> temperatures);
 
 }  // namespace calor

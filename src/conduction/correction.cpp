@@ -8,7 +8,7 @@
 
 #include "base/parallel.hpp"
 #include "cloud/lattice.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 
 namespace calor {
 

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "conduction/prescribed.hpp"
+#include "conduction/constraint.hpp"
 
 namespace calor {
 

@@ -121,8 +121,7 @@ void Dofs::add(std::span<const double> dT, std::span<double> u) {
 std::optional<SparseRows> Dofs::interpolation(std::span<const Vec3> x) const {
   if (!phi_) return std::nullopt;
   std::vector<double> R = shapes_.R;
-  ShapeRows rows = shape_rows(cloud_, shapes_.mls, shapes_.size, R, x, {});
-  return SparseRows{std::move(rows.row), std::move(rows.column), std::move(rows.phi)};
+  return shape_rows(cloud_, shapes_.mls, shapes_.size, R, x, {}).phi;
 }
 
 }  // namespace calor

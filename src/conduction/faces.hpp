@@ -21,6 +21,16 @@ struct Faces {
   std::size_t size() const { return x.size(); }
 };
 
+// Unjittered box lattices.
+
+/// Low and high end of something along an axis, m.
+struct CellExtent {
+  double low, high;
+};
+
+/// The cell of local point i along an axis: half a spacing to both sides, but not through walls.
+CellExtent extent(const Cloud& cloud, int i, int axis);
+
 /// Box cells of an unjittered box lattice with points on the walls; 1 or 2 Gauss points along every edge of a face.
 /// Collective.
 Faces lattice_faces(const Cloud& cloud, int gauss);
@@ -43,6 +53,6 @@ struct FaceReport {
 Faces virtual_faces(const Cloud& cloud, FaceReport& report);
 
 /// Pairs of virtual faces reach this far, in spacings.
-double virtual_face_reach();
+double virtual_face_support();
 
 }  // namespace calor

@@ -3,11 +3,8 @@
 #include <utility>
 
 #include "conduction/faces.hpp"
-#include "conduction/lattice_cells.hpp"
 
 namespace calor {
-
-namespace {}  // namespace
 
 CellExtent extent(const Cloud& cloud, int i, int axis) {
   const double x = cloud.x[i][axis], half = 0.5 * cloud.spacing[i];

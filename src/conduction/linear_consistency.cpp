@@ -9,7 +9,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "conduction/conjugate_gradients.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 #include "conduction/small_matrix.hpp"
 
 namespace calor {

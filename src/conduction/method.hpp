@@ -21,7 +21,7 @@ using MethodReport = std::map<std::string, double>;
 struct Method {
   std::string name;
   /// How far its points see at most: sizes the ghosts.
-  Support (*reach)(const Case& c);
+  Support (*support)(const Case& c);
   /// Cloud and conditions must outlive the discretisation. Collective; throws Error.
   Discretisation (*build)(const Case& c, const Cloud& cloud, const Conditions& conditions,
                           const MaterialField& material, MethodReport& report);

@@ -11,8 +11,8 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "conduction/discretisation.hpp"
-#include "conduction/image_conduction.hpp"
 #include "conduction/pair_conduction.hpp"
+#include "conduction/wall_terms.hpp"
 
 namespace calor {
 

@@ -9,16 +9,14 @@
 
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
-#include "conduction/cell_points.hpp"
+#include "conduction/constraint.hpp"
 #include "conduction/mlpg_stability.hpp"
-#include "conduction/prescribed.hpp"
+#include "conduction/quadrature.hpp"
 #include "conduction/sphere_cells.hpp"
 
 namespace calor {
 
 namespace {
-
-void close_row(SparseRows& rows) { rows.row.push_back(static_cast<std::int64_t>(rows.column.size())); }
 
 /// Adds v to the entry of column j in the open row.
 void add_to(SparseRows& rows, std::int32_t j, double v) {
@@ -30,19 +28,10 @@ void add_to(SparseRows& rows, std::int32_t j, double v) {
 
 /// The slopes of place q, into the open row.
 void add_slopes(const ShapeRows& shapes, std::size_t q, SparseRows& rows) {
-  const auto begin = shapes.row[q], end = shapes.row[q + 1];
-  rows.column.insert(rows.column.end(), shapes.column.begin() + begin, shapes.column.begin() + end);
+  const auto columns = shapes.phi.columns(q);
+  const auto begin = shapes.phi.row[q], end = shapes.phi.row[q + 1];
+  rows.column.insert(rows.column.end(), columns.begin(), columns.end());
   rows.value.insert(rows.value.end(), shapes.slope.begin() + begin, shapes.slope.begin() + end);
-}
-
-/// The values of `count` places from `first` on.
-SparseRows values(const ShapeRows& shapes, std::size_t first, std::size_t count) {
-  SparseRows rows;
-  for (std::size_t q = first; q < first + count; ++q) rows.row.push_back(shapes.row[q + 1] - shapes.row[first]);
-  const auto begin = shapes.row[first], end = shapes.row[first + count];
-  rows.column.assign(shapes.column.begin() + begin, shapes.column.begin() + end);
-  rows.value.assign(shapes.phi.begin() + begin, shapes.phi.begin() + end);
-  return rows;
 }
 
 QuadraturePoints places_of(const Cloud& cloud, const Faces& faces) {
@@ -78,7 +67,7 @@ PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_
     std::vector<double>& stiffness = walls.stiffness.emplace_back();
     for (std::size_t n = 0; n < term.point.size(); ++n) {
       add_slopes(shapes, first++, slope);
-      close_row(slope);
+      slope.close_row();
       stiffness.push_back(alpha * norm(term.area[n]) / cloud.spacing[term.point[n]]);
     }
   }
@@ -100,16 +89,16 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
   FaceRows rows{.flux = {}, .conduction = places_of(cloud, faces), .cells = std::move(cells), .value = {}};
   for (std::size_t q = 0; q < faces.size(); ++q) {
     add_slopes(shapes, q, rows.flux);
-    close_row(rows.flux);
+    rows.flux.close_row();
   }
   MlpgScheme scheme{.conduction = nullptr, .shapes = {o.mls, o.support, report.supports.R}};
   if (o.prescribed == MlpgPrescribed::penalty)
     scheme.walls =
         std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
   const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
-  rows.conduction.phi = values(shapes, 0, faces.size());
-  if (rows.cells) rows.cells->phi = values(shapes, with_slope, in_cells);
-  rows.value = values(shapes, with_slope + in_cells, cloud.owned);
+  rows.conduction.phi = shapes.phi.part(0, faces.size());
+  if (rows.cells) rows.cells->phi = shapes.phi.part(with_slope, in_cells);
+  rows.value = shapes.phi.part(with_slope + in_cells, cloud.owned);
   scheme.conduction = std::make_unique<FaceConduction>(cloud, std::move(faces), std::move(rows), false);
   return scheme;
 }
@@ -127,13 +116,13 @@ MlpgScheme nodal_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, M
   ShapeRows shapes;
   if (!cloud.box_lattice) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
   FaceRows rows;
-  rows.flux.column.reserve(shapes.column.size() + 2 * faces.size());
-  rows.flux.value.reserve(shapes.column.size() + 2 * faces.size());
+  rows.flux.column.reserve(shapes.phi.column.size() + 2 * faces.size());
+  rows.flux.value.reserve(shapes.phi.column.size() + 2 * faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
     if (!cloud.box_lattice) add_slopes(shapes, q, rows.flux);
     add_to(rows.flux, faces.a[q], -along[q]);
     add_to(rows.flux, faces.b[q], along[q]);
-    close_row(rows.flux);
+    rows.flux.close_row();
   }
   return {.conduction = std::make_unique<FaceConduction>(cloud, std::move(faces), std::move(rows), true)};
 }
@@ -188,14 +177,14 @@ void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptio
     table.refuse("radius", fmt::format("radius = {:g}: it must lie between 0.05 and 1 spacing", o.radius), "take 0.7");
 }
 
-Support reach(const Case& c) {
+Support support_of(const Case& c) {
   // Before there is a cloud: what any cloud may need. Values out of range are refused when the scheme is built.
   const Table table = c.section("mlpg");
   MlpgOptions o;
   if (table.has("support")) o.support.spacings = std::clamp(table.number("support"), 1.0, 5.0);
   if (table.has("neighbours"))
     o.support.neighbours = static_cast<int>(std::clamp(table.integer("neighbours"), 1l, 200l));
-  return mlpg_reach(o);
+  return mlpg_support(o);
 }
 
 /// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
@@ -302,9 +291,9 @@ MlpgOptions MlpgOptions::defaults(int dimension, bool regular, int degree) {
   return o;
 }
 
-double mlpg_reach(const MlpgOptions& options) {
+double mlpg_support(const MlpgOptions& options) {
   // From an owned point half a pair to a face, from there a support; where the spacing grows, that of farther points.
-  return std::max(virtual_face_reach(), 2 * options.support.limit());
+  return std::max(virtual_face_support(), 2 * options.support.limit());
 }
 
 MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
@@ -335,7 +324,7 @@ MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgRepor
   return scheme;
 }
 
-Method mlpg_method() { return {"mlpg", reach, build}; }
+Method mlpg_method() { return {"mlpg", support_of, build}; }
 
 void declare_mlpg(Schema& schema) {
   schema.add(
@@ -349,7 +338,7 @@ void declare_mlpg(Schema& schema) {
             "few "
             "points."},
            {"neighbours", Kind::integer, "", optional,
-            "Instead of the support: it reaches 1.1 times as far as the so-manieth nearest point."},
+            "Instead of the support: it reaches 1.1 times as far as the n-th nearest point."},
            {"weight",
             Kind::choice,
             "",

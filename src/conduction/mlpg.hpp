@@ -7,8 +7,8 @@
 #include "conduction/faces.hpp"
 #include "conduction/method.hpp"
 #include "conduction/mls.hpp"
-#include "conduction/penalty_walls.hpp"
 #include "conduction/supports.hpp"
+#include "conduction/wall_terms.hpp"
 
 namespace calor {
 
@@ -52,7 +52,7 @@ struct MlpgReport {
 };
 
 /// Support radius over spacing that the halo of the cloud must cover.
-double mlpg_reach(const MlpgOptions& options);
+double mlpg_support(const MlpgOptions& options);
 
 /// What the options make of a cloud.
 struct MlpgScheme {

@@ -54,7 +54,7 @@ Peridynamics options_of(const Table& table, bool lattice_in_cells) {
   return options;
 }
 
-Support reach(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
+Support support_of(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
 
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& /*material*/,
                      MethodReport& report) {
@@ -141,7 +141,7 @@ std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbour
   return G;
 }
 
-Method peridynamics_method() { return {"peridynamics", reach, build}; }
+Method peridynamics_method() { return {"peridynamics", support_of, build}; }
 
 void declare_peridynamics(Schema& schema) {
   schema.add(

@@ -1,4 +1,4 @@
-#include "conduction/prescribed.hpp"
+#include "conduction/constraint.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "base/vec3.hpp"
+#include "cloud/cloud.hpp"
 
 namespace calor {
 
@@ -21,6 +22,17 @@ struct SparseRows {
   std::span<const double> values(std::size_t r) const {
     return {value.data() + row[r], static_cast<std::size_t>(row[r + 1] - row[r])};
   }
+  /// The rows [first, first + count) alone.
+  SparseRows part(std::size_t first, std::size_t count) const {
+    const std::int64_t begin = row[first], end = row[first + count];
+    SparseRows rows;
+    for (std::size_t r = first; r < first + count; ++r) rows.row.push_back(row[r + 1] - begin);
+    rows.column.assign(column.begin() + begin, column.begin() + end);
+    rows.value.assign(value.begin() + begin, value.begin() + end);
+    return rows;
+  }
+  /// Ends the row of what was added to `column` and `value`.
+  void close_row() { row.push_back(static_cast<std::int64_t>(column.size())); }
   double times(std::size_t r, std::span<const double> u) const {
     double sum = 0;
     for (std::int64_t n = row[r]; n < row[r + 1]; ++n) sum += value[n] * u[column[n]];
@@ -43,5 +55,14 @@ struct CellQuadrature : QuadraturePoints {
   std::vector<std::int64_t> cell = {0};  ///< those of owned point i are cell[i] .. cell[i+1]
   std::vector<double> volume;            ///< m^3
 };
+
+/// Every cell's own point. The rows phi are left empty.
+CellQuadrature one_point(const Cloud& cloud);
+
+/// 2^D points a cell that integrate quadratic functions: c + S^(1/2) (+-1, +-1, +-1), c the centroid and S the
+/// covariance of the cell; for a box they are its 2^D Gauss points. The cell is the box of a box lattice, otherwise the
+/// part of the body that is nearer to its point than to any other, behind the planes of the walls of its point. The
+/// rows phi are left empty. Does not depend on the number of ranks. Collective.
+CellQuadrature gauss_points(const Cloud& cloud);
 
 }  // namespace calor

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "conduction/conjugate_gradients.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 
 namespace calor {
 

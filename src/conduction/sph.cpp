@@ -63,7 +63,7 @@ double smoothing_of(const Table& options, bool exact_lattice) {
   return smoothing;
 }
 
-Support reach(const Case& c) { return sph_reach(smoothing_of(c.section("sph"), false)); }
+Support support_of(const Case& c) { return sph_support(smoothing_of(c.section("sph"), false)); }
 
 /// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
 /// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
@@ -95,7 +95,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
                    "correction = \"paper\" writes the wall conditions at points on the walls, and the cloud has none",
                    "use at = \"walls\" in [cloud], or correction = \"consistent\"");
   }
-  MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_reach(smoothing), conditions, true);
+  MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_support(smoothing), conditions, true);
   count_pairs(cloud, mirrored.neighbours, report);
   report["smoothing"] = smoothing;
   if (paper) return paper_scheme(cloud, conditions, std::move(mirrored.neighbours), smoothing);
@@ -146,7 +146,7 @@ std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours&
       one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
 }
 
-Method sph_method() { return {"sph", reach, build}; }
+Method sph_method() { return {"sph", support_of, build}; }
 
 void declare_sph(Schema& schema) {
   schema.add(

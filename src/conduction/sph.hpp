@@ -17,14 +17,14 @@ double cubic_spline(double r, double h, int dimension);
 double cubic_spline_F(double r, double h, int dimension);
 
 /// Support radius over spacing: twice the smoothing length over the spacing.
-inline double sph_reach(double smoothing) { return 2 * smoothing; }
+inline double sph_support(double smoothing) { return 2 * smoothing; }
 
 /// 2 V_i V_j F_ij / section for every directed pair, m; the section enters V_i V_j twice and the weight once. The same
 /// bits for (i, j) and (j, i). V of all local points.
 std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
                                      double smoothing);
 
-/// The consistent pair weights, m. `neighbours` within sph_reach(smoothing), images included. Collective.
+/// The consistent pair weights, m. `neighbours` within sph_support(smoothing), images included. Collective.
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
                                            CorrectionReport& report);
 /// Registers method = "sph".

@@ -73,25 +73,26 @@ class Gathered {
 std::vector<std::size_t> fill(const Cloud& cloud, const MovingLeastSquares& mls, const Supports& supports,
                               std::span<const Vec3> places, std::span<const Vec3> along, int least, ShapeRows& rows) {
   rows = {};
-  rows.row.reserve(places.size() + 1);
+  SparseRows& phi = rows.phi;
+  phi.row.reserve(places.size() + 1);
   std::vector<std::size_t> failed;
   std::vector<Vec3> gradient;
   Gathered around(cloud, supports);
   for (std::size_t q = 0; q < places.size(); ++q) {
-    const std::size_t n = around.at(places[q]), before = rows.column.size();
+    const std::size_t n = around.at(places[q]), before = phi.column.size();
     if (q == 1000) {  // so that long rows are moved once or twice only
       const std::size_t expected = before / q * places.size();
-      rows.column.reserve(expected), rows.phi.reserve(expected);
+      phi.column.reserve(expected), phi.value.reserve(expected);
       if (!along.empty()) rows.slope.reserve(before / q * along.size());
     }
-    rows.column.insert(rows.column.end(), around.points.begin(), around.points.end());
-    rows.phi.resize(before + n);
+    phi.column.insert(phi.column.end(), around.points.begin(), around.points.end());
+    phi.value.resize(before + n);
     gradient.resize(q < along.size() ? n : 0);
     if (static_cast<int>(n) < least ||
-        !mls.evaluate(places[q], around.nodes, around.R, std::span(rows.phi).subspan(before), gradient))
+        !mls.evaluate(places[q], around.nodes, around.R, std::span(phi.value).subspan(before), gradient))
       failed.push_back(q);
     for (const Vec3& g : gradient) rows.slope.push_back(dot(g, along[q]));
-    rows.row.push_back(static_cast<std::int64_t>(rows.column.size()));
+    phi.close_row();
   }
   return failed;
 }

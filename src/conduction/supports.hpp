@@ -7,13 +7,14 @@
 #include "cloud/cells.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/mls.hpp"
+#include "conduction/quadrature.hpp"
 
 namespace calor {
 
 /// How far the support of a point reaches.
 struct SupportSize {
   double spacings = 2.3;  ///< R_J = spacings * d_J
-  int neighbours = 0;     ///< instead, if not 0: R_J = 1.1 times the distance to the so-manieth nearest point
+  int neighbours = 0;     ///< instead, if not 0: R_J = 1.1 times the distance to the n-th nearest point
   /// Supports are enlarged where a place sees fewer points than this, or points from which no fit can be made.
   int least = 0;
 
@@ -21,15 +22,11 @@ struct SupportSize {
   double limit() const;
 };
 
-/// Shape functions at many places in compressed rows: those of place q are phi[row[q]] .. phi[row[q+1]], of the local
-/// points column[..] in ascending order of id, so that sums over a row do not depend on the number of ranks.
+/// Shape functions at many places, one row a place, of the local points in ascending order of id, so that sums over a
+/// row do not depend on the number of ranks.
 struct ShapeRows {
-  std::vector<std::int64_t> row = {0};
-  std::vector<std::int32_t> column;
-  std::vector<double> phi;
+  SparseRows phi;
   std::vector<double> slope;  ///< grad phi . along of the first rows, which were given such a vector
-
-  std::size_t size() const { return row.size() - 1; }
 };
 
 /// Finds the points whose support covers a place.

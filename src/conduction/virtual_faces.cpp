@@ -7,7 +7,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "conduction/conjugate_gradients.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/sph.hpp"
 
@@ -197,12 +197,12 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const V
 
 }  // namespace
 
-double virtual_face_reach() { return sph_reach(smoothing); }
+double virtual_face_support() { return sph_support(smoothing); }
 
 Faces virtual_faces(const Cloud& cloud, FaceReport& report) {
   report = {};
   require_closed_surface(cloud);
-  const Neighbours neighbours = find_neighbours(cloud, sph_reach(smoothing));
+  const Neighbours neighbours = find_neighbours(cloud, sph_support(smoothing));
   require_neighbours(cloud, neighbours);
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
   std::vector<double> g = sph_base_weights(cloud, neighbours, cloud.volume, smoothing);

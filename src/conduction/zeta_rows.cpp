@@ -6,7 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/prescribed.hpp"
+#include "conduction/constraint.hpp"
 
 namespace calor {
 namespace {
@@ -58,7 +58,7 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
       weights_.value.push_back(G[n] / cloud.full_volume[i] * dot(cloud.x[j] - cloud.x[i], normals));
     }
     width.push_back(static_cast<PetscInt>(neighbours.row[i + 1] - neighbours.row[i]) + 1);
-    weights_.row.push_back(static_cast<std::int64_t>(weights_.column.size()));
+    weights_.close_row();
   }
   for (const SurfaceTerm& term : fluxes_) share_.push_back(shares_of_faces(cloud, term));
 

@@ -29,12 +29,12 @@ EnergyBalance EnergyLog::record(const State& state) {
   }
   EnergyBalance balance;
   balance.stored = sum(comm_, gained);
-  balance.through = sums(comm_, state.exchanged, static_cast<int>(state.exchanged.size()));
+  balance.through = sums(comm_, state.cumulative_heat, static_cast<int>(state.cumulative_heat.size()));
 
   double net = 0, gross = 0;
   for (double heat : balance.through) net += heat, gross += std::abs(heat);
   const double scale = std::max(std::abs(balance.stored), gross);
-  const double rounding = 1e-15 * sum(comm_, held);  // of the enthalpies: a body at rest has exchanged nothing
+  const double rounding = 1e-15 * sum(comm_, held);  // of the enthalpies: a body at rest has cumulative_heat nothing
   balance.imbalance = scale > rounding ? std::abs(balance.stored - net) / scale : 0;
   worst_ = std::max(worst_, balance.imbalance);
 

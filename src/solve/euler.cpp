@@ -2,7 +2,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "solve/integrators.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 namespace {
@@ -16,7 +16,7 @@ class Euler final : public Stepper {
   bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
              const AfterStep& after_step) override {
     F_.resize(state.E.size());
-    power_.resize(state.exchanged.size());
+    power_.resize(state.cumulative_heat.size());
     if (options_.step) {
       const EqualSteps steps(state.t, interval.end(), *options_.step);
       for (long n = 1; n <= steps.count(); ++n)
@@ -41,10 +41,10 @@ class Euler final : public Stepper {
     system.rate(interval.data_time(state.t), state.T, F_, power_);
     ++counts.rate_evaluations;
     for (std::size_t i = 0; i < F_.size(); ++i) state.E[i] += dt * F_[i];
-    for (std::size_t a = 0; a < power_.size(); ++a) state.exchanged[a] += dt * power_[a];
+    for (std::size_t a = 0; a < power_.size(); ++a) state.cumulative_heat[a] += dt * power_[a];
     state.t = t_new;
     system.temperature(state.E, state.T);
-    system.impose(interval.data_time(t_new), state.T, state.E, state.exchanged);
+    system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
     return accept(system, state, dt, after_step);
   }
 

@@ -56,10 +56,10 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
 int HeatSystem::boundary_accounts() const { return static_cast<int>(conditions_.accounts.size()); }
 
 State HeatSystem::start(double t, std::span<const double> T_owned) {
-  State state{.t = t, .E = std::vector<double>(cloud_.owned), .T = {}, .exchanged = {}};
+  State state{.t = t, .E = std::vector<double>(cloud_.owned), .T = {}, .cumulative_heat = {}};
   state.T.resize(cloud_.local());
   discretisation_.dofs->solve(T_owned, state.T);
-  state.exchanged.resize(accounts_.size());
+  state.cumulative_heat.resize(accounts_.size());
   cloud_.halo.update(state.T);
   energy(state.T, state.E);
   return state;
@@ -146,8 +146,8 @@ void HeatSystem::correct_by_enthalpy(std::span<double> u, std::span<double> du) 
   discretisation_.dofs->add(dT, du);
 }
 
-void HeatSystem::impose(double t, std::span<double> u, std::span<double> E, std::span<double> exchanged) {
-  for (const auto& constraint : discretisation_.constraints) constraint->impose(at_, t, u, E, exchanged);
+void HeatSystem::impose(double t, std::span<double> u, std::span<double> E, std::span<double> cumulative_heat) {
+  for (const auto& constraint : discretisation_.constraints) constraint->impose(at_, t, u, E, cumulative_heat);
 }
 
 void HeatSystem::set_known(double t, std::span<double> u) {

@@ -19,9 +19,9 @@ namespace calor {
 /// What a run carries from step to step; everything else can be computed from it.
 struct State {
   double t = 0;
-  std::vector<double> E;          ///< enthalpy of the owned points above the reference temperature, J
-  std::vector<double> T;          ///< degrees of freedom of the local points (ghosts may be stale), K
-  std::vector<double> exchanged;  ///< heat that came in by each account since the start, J; this rank's share
+  std::vector<double> E;                ///< enthalpy of the owned points above the reference temperature, J
+  std::vector<double> T;                ///< degrees of freedom of the local points (ghosts may be stale), K
+  std::vector<double> cumulative_heat;  ///< heat that came in by each account since the start, J; this rank's share
 };
 
 /// Functions that evaluate terms reuse their buffers: they are not const, and one system serves one run at a time.
@@ -72,7 +72,7 @@ class HeatSystem {
 
   /// Makes u and E meet the constraints at time t and books the heat that this takes. Call it at t = 0 and after every
   /// stage or step that advanced E by F. Collective.
-  void impose(double t, std::span<double> u, std::span<double> E, std::span<double> exchanged);
+  void impose(double t, std::span<double> u, std::span<double> E, std::span<double> cumulative_heat);
   /// Sets the degrees of freedom that are known at time t, as a first guess of what impose does. Collective.
   void set_known(double t, std::span<double> u);
   /// Owned points with prescribed temperature, ascending.

@@ -18,9 +18,10 @@ StageSolver::StageSolver(HeatSystem& system)
                .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
                .tolerance = [this](auto, std::span<double> tolerance,
                                    auto) { std::ranges::copy(tolerance_, tolerance.begin()); },
-               .bend = steps_in_enthalpy(system)
-                           ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }
-                           : std::function<void(std::span<double>, std::span<double>)>()},
+               .correct_step =
+                   steps_in_enthalpy(system)
+                       ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }
+                       : std::function<void(std::span<double>, std::span<double>)>()},
               false),
       tolerance_(system.cloud().owned) {
   newton_.always_renew(steps_in_enthalpy(system));
@@ -82,12 +83,13 @@ void ImplicitStepper::take(HeatSystem& system, State& state, const SmoothInterva
                            const std::vector<Weighted>& rates) {
   for (const Weighted& r : rates) {
     for (std::size_t i = 0; i < state.E.size(); ++i) state.E[i] += r.weight * r.rate.F[i];
-    for (std::size_t a = 0; a < state.exchanged.size(); ++a) state.exchanged[a] += r.weight * r.rate.power[a];
+    for (std::size_t a = 0; a < state.cumulative_heat.size(); ++a)
+      state.cumulative_heat[a] += r.weight * r.rate.power[a];
   }
   state.t = t_new;
   state.T = T_;
   system.temperature_after_stage(state.E, state.T);
-  system.impose(interval.data_time(t_new), state.T, state.E, state.exchanged);
+  system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
 }
 
 double ImplicitStepper::tight_tolerance(HeatSystem& system, const State& state) const {

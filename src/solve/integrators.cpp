@@ -1,4 +1,4 @@
-#include "solve/integrators.hpp"
+#include "solve/stepper.hpp"
 
 #include <fmt/format.h>
 

@@ -32,10 +32,10 @@ Newton::Newton(HeatSystem& system, Equations equations, bool steady)
   SNESLineSearch search = nullptr;
   check(SNESGetLineSearch(snes_, &search));
   check(SNESLineSearchSetType(search, SNESLINESEARCHBT));
-  if (equations_.bend) {
-    // A bent step need not make the residual smaller at once.
+  if (equations_.correct_step) {
+    // A corrected step need not make the residual smaller at once.
     check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
-    check(SNESLineSearchSetPreCheck(search, bend, this));
+    check(SNESLineSearchSetPreCheck(search, correct_step, this));
   }
   choose_linear_solver(steady);
   check(SNESSetFromOptions(snes_));
@@ -159,7 +159,7 @@ PetscErrorCode Newton::jacobian(SNES snes, Vec T, Mat J, Mat, void* self) {
   });
 }
 
-PetscErrorCode Newton::bend(SNESLineSearch, Vec T, Vec step, PetscBool* changed, void* self) {
+PetscErrorCode Newton::correct_step(SNESLineSearch, Vec T, Vec step, PetscBool* changed, void* self) {
   return petsc::callback([&] {
     auto& newton = *static_cast<Newton*>(self);
     petsc::copy(T, std::span(newton.T_).first(newton.system_.cloud().owned));
@@ -167,7 +167,7 @@ PetscErrorCode Newton::bend(SNESLineSearch, Vec T, Vec step, PetscBool* changed,
     const std::span<double> dT = view.values();
     for (double& v : dT) v = -v;
     try {
-      newton.equations_.bend(newton.T_, dT);
+      newton.equations_.correct_step(newton.T_, dT);
     } catch (const Error&) {
       newton.error_ = std::current_exception();
       std::ranges::fill(dT, std::numeric_limits<double>::quiet_NaN());  // the residual will say so

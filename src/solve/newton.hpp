@@ -20,8 +20,8 @@ class Newton {
     std::function<void(std::span<double> T, Mat J)> jacobian;
     /// What of R counts as nothing near T, and what rounding alone may leave of it; both come in as zeros.
     std::function<void(std::span<double> T, std::span<double> tolerance, std::span<double> round_off)> tolerance;
-    /// Bends Newton's step from T, of the owned points: dT in, dT out. May be empty.
-    std::function<void(std::span<double> T, std::span<double> dT)> bend = {};
+    /// Corrects Newton's step from T, of the owned points: dT in, dT out. May be empty.
+    std::function<void(std::span<double> T, std::span<double> dT)> correct_step = {};
   };
   struct Result {
     bool converged = false;
@@ -52,7 +52,7 @@ class Newton {
  private:
   static PetscErrorCode residual(SNES snes, Vec T, Vec R, void* self);
   static PetscErrorCode jacobian(SNES snes, Vec T, Mat J, Mat P, void* self);
-  static PetscErrorCode bend(SNESLineSearch search, Vec T, Vec step, PetscBool* changed, void* self);
+  static PetscErrorCode correct_step(SNESLineSearch search, Vec T, Vec step, PetscBool* changed, void* self);
   static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal T_norm, PetscReal step_norm,
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   void choose_linear_solver(bool steady);

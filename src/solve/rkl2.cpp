@@ -5,7 +5,7 @@
 #include <limits>
 #include <utility>
 
-#include "solve/integrators.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 namespace {
@@ -30,18 +30,18 @@ class Rkl2 final : public Stepper {
   std::string name() const override { return "rkl2"; }
 
  private:
-  /// What the recursion runs on: the enthalpies and, by the same coefficients, the heat exchanged. As every stage is
-  /// the same linear combination for both, sum E - sum exchanged stays what it was to round-off.
+  /// What the recursion runs on: the enthalpies and, by the same coefficients, the heat cumulative_heat. As every stage
+  /// is the same linear combination for both, sum E - sum cumulative_heat stays what it was to round-off.
   struct Stage {
-    std::vector<double> E, exchanged;
-    void resize(const State& state) { E.resize(state.E.size()), exchanged.resize(state.exchanged.size()); }
+    std::vector<double> E, cumulative_heat;
+    void resize(const State& state) { E.resize(state.E.size()), cumulative_heat.resize(state.cumulative_heat.size()); }
   };
 
   bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
     for (Stage* stage : {&now_, &last_, &before_last_}) stage->resize(state);
     F0_.resize(state.E.size()), F_.resize(state.E.size());
-    power0_.resize(state.exchanged.size()), power_.resize(state.exchanged.size());
+    power0_.resize(state.cumulative_heat.size()), power_.resize(state.cumulative_heat.size());
 
     evaluate(system, interval.data_time(state.t), state.T, F0_, power0_);
     const bool bound_is_constant = system.jacobian_is_constant();
@@ -93,10 +93,11 @@ class Rkl2 final : public Stepper {
   void advance_stages(HeatSystem& system, const State& state, const SmoothInterval& interval, double dt, int s) {
     const double w1 = 4 / (s * s + s - 2.);
     T_ = state.T;
-    before_last_.E = state.E, before_last_.exchanged = state.exchanged;
+    before_last_.E = state.E, before_last_.cumulative_heat = state.cumulative_heat;
     const double first = b(1) * w1 * dt;
     for (std::size_t i = 0; i < F0_.size(); ++i) last_.E[i] = state.E[i] + first * F0_[i];
-    for (std::size_t a = 0; a < power0_.size(); ++a) last_.exchanged[a] = state.exchanged[a] + first * power0_[a];
+    for (std::size_t a = 0; a < power0_.size(); ++a)
+      last_.cumulative_heat[a] = state.cumulative_heat[a] + first * power0_[a];
     double c_last = b(1) * w1, c_before_last = 0;  // stage times by the same recursion
     settle(system, interval.data_time(state.t + c_last * dt), last_);
     for (int j = 2; j <= s; ++j) {
@@ -111,7 +112,8 @@ class Rkl2 final : public Stepper {
                    dt * (mu_rate * rate[i] + gamma_rate * start_rate[i]);
       };
       combine(now_.E, last_.E, before_last_.E, state.E, F_, F0_);
-      combine(now_.exchanged, last_.exchanged, before_last_.exchanged, state.exchanged, power_, power0_);
+      combine(now_.cumulative_heat, last_.cumulative_heat, before_last_.cumulative_heat, state.cumulative_heat, power_,
+              power0_);
       const double c = j == s ? 1 : mu * c_last + nu * c_before_last + mu_rate + gamma_rate;
       settle(system, interval.data_time(state.t + c * dt), now_);
       std::swap(before_last_, last_);
@@ -123,7 +125,7 @@ class Rkl2 final : public Stepper {
 
   void settle(HeatSystem& system, double t, Stage& stage) {
     system.temperature(stage.E, T_);
-    system.impose(t, T_, stage.E, stage.exchanged);
+    system.impose(t, T_, stage.E, stage.cumulative_heat);
   }
 
   /// Largest error of the step in K. The step's error is (1/6 - c3) dt^3 T''' with c3 from the stability polynomial
@@ -140,7 +142,7 @@ class Rkl2 final : public Stepper {
 
   void take(State& state, double t_new) {
     std::swap(state.E, last_.E);
-    std::swap(state.exchanged, last_.exchanged);
+    std::swap(state.cumulative_heat, last_.cumulative_heat);
     std::swap(state.T, T_);
     std::swap(F0_, F_);
     std::swap(power0_, power_);

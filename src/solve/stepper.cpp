@@ -35,7 +35,7 @@ void Stepper::advance(HeatSystem& system, State& state, double t_end, const Afte
     const SmoothInterval interval(*events_, state.t, t_end);
     if (interval.begins_at_break()) {
       fresh = true;
-      system.impose(interval.data_time(state.t), state.T, state.E, state.exchanged);
+      system.impose(interval.data_time(state.t), state.T, state.E, state.cumulative_heat);
     }
     if (!march(system, state, interval, fresh, after_step)) return;
     fresh = false;

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "solve/implicit.hpp"
-#include "solve/integrators.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 namespace {

@@ -69,7 +69,7 @@ class CaseModel {
   /// The state at t = 0, walls imposed.
   State start() const {
     State state = start_without_walls();
-    system().impose(0, state.T, state.E, state.exchanged);
+    system().impose(0, state.T, state.E, state.cumulative_heat);
     return state;
   }
   State start_without_walls() const { return system().start(0, model_.T_start); }

@@ -163,7 +163,7 @@ temperature = "300 K"
             (std::vector<std::string>{"1 point on 'xmin' and 'ymin' takes the mean of their temperatures"}));
   // Its reaction is booked half and half.
   const double C = 7870. * 447 * 0.25 * 0.1;  // of a corner
-  EXPECT_NEAR(state.exchanged[0], C * (-100 * 2) + 0.5 * C * 0 + 0.5 * C * -100, 1e-6 * C);
+  EXPECT_NEAR(state.cumulative_heat[0], C * (-100 * 2) + 0.5 * C * 0 + 0.5 * C * -100, 1e-6 * C);
 }
 
 TEST(Conditions, MeetInTheEdgesOfABox) {

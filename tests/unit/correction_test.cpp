@@ -9,7 +9,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "base/parallel.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/peridynamics.hpp"
 #include "method_clouds.hpp"
@@ -41,7 +41,7 @@ struct Cracked {
 
 Cracked intact(const Cloud& cloud, double smoothing) {
   Cracked c;
-  c.neighbours = find_neighbours(cloud, sph_reach(smoothing));
+  c.neighbours = find_neighbours(cloud, sph_support(smoothing));
   c.G = sph_consistent_weights(cloud, c.neighbours, smoothing, c.report);
   return c;
 }

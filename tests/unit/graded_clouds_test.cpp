@@ -241,7 +241,7 @@ TEST(GradedCloudsParallel, AreTheSameOnAnyNumberOfRanks) {
     return make_box(comm, graded_box({geometric(9, 5), geometric(8, 0.2), geometric(7, 3)}));
   };
   for (int which : {0, 1, 2}) {
-    const Support support = sph_reach(1.2);
+    const Support support = sph_support(1.2);
     const Cloud cloud = distribute(MPI_COMM_WORLD, points(MPI_COMM_WORLD, which), support);
     const Cloud serial = distribute(MPI_COMM_SELF, points(MPI_COMM_SELF, which), support);
     const Neighbours mine = find_neighbours(cloud, support), all = find_neighbours(serial, support);

@@ -311,8 +311,8 @@ TEST(HeatSystem, BooksTheReactionOfPrescribedWalls) {
     expected += 8000 * 400 * m.cloud().volume[i] * (after.T[i] - 500);
   }
   EXPECT_GT(expected, 0);
-  EXPECT_NEAR(after.exchanged[0] / expected, 1, 1e-12);
-  for (std::size_t a = 1; a < after.exchanged.size(); ++a) EXPECT_EQ(after.exchanged[a], 0);
+  EXPECT_NEAR(after.cumulative_heat[0] / expected, 1, 1e-12);
+  for (std::size_t a = 1; a < after.cumulative_heat.size(); ++a) EXPECT_EQ(after.cumulative_heat[a], 0);
   EXPECT_EQ(m.system().accounts(), (std::vector<std::string>{"hot", "air", "burner", "reaction"}));
   EXPECT_EQ(m.system().boundary_accounts(), 3);
 }

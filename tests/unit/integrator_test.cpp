@@ -10,7 +10,7 @@
 #include "app/run.hpp"
 #include "case_models.hpp"
 #include "output/energy.hpp"
-#include "solve/integrators.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
 namespace {
@@ -219,8 +219,8 @@ power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.3
     for (double at : {0.13, 0.31, 0.4, 0.5}) EXPECT_EQ(std::ranges::count(times, at), 1) << at;
     double stored = 0;
     for (std::size_t i = 0; i < state.E.size(); ++i) stored += state.E[i] - start.E[i];
-    EXPECT_NEAR(state.exchanged[0], flux, 1e-12);
-    EXPECT_NEAR(state.exchanged[1], sources, 1e-12);
+    EXPECT_NEAR(state.cumulative_heat[0], flux, 1e-12);
+    EXPECT_NEAR(state.cumulative_heat[1], sources, 1e-12);
     EXPECT_NEAR(stored, flux + sources, 1e-12);
   }
 }
@@ -248,7 +248,7 @@ flux = { table = [[0, 0], [0.4, 4]], unit = "W/m^2", of = "time" }
       EXPECT_TRUE(std::ranges::is_sorted(times));
       // Linear in time between the rows: a rule of second order integrates it exactly, each stage with its own time.
       if (kind.order == 2 && kind.name != "crank-nicolson") {
-        EXPECT_NEAR(state.exchanged[1], 0.5 * 4 * 0.4 + 4 * 0.1, 1e-9);
+        EXPECT_NEAR(state.cumulative_heat[1], 0.5 * 4 * 0.4 + 4 * 0.1, 1e-9);
       }
     }
 }
@@ -289,7 +289,7 @@ struct Books {
 Books books_of(const CaseModel& m, Integrator& integrator) {
   State state = m.start_without_walls();
   EnergyLog energy(m.system(), state.E, "");
-  m.system().impose(0, state.T, state.E, state.exchanged);
+  m.system().impose(0, state.T, state.E, state.cumulative_heat);
   EnergyBalance balance;
   integrator.advance(m.system(), state, 20, [&](const State& s) {
     balance = energy.record(s);

@@ -44,7 +44,7 @@ struct Weights {
 
 inline Weights sph_weights(const Cloud& cloud, double smoothing) {
   Weights w;
-  w.neighbours = find_neighbours(cloud, sph_reach(smoothing));
+  w.neighbours = find_neighbours(cloud, sph_support(smoothing));
   w.G = sph_consistent_weights(cloud, w.neighbours, smoothing, w.report);
   return w;
 }

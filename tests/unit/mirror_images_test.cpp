@@ -13,7 +13,7 @@
 #include "app/schema.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/correction_steps.hpp"
+#include "conduction/correction.hpp"
 #include "conduction/peridynamics.hpp"
 #include "method_clouds.hpp"
 
@@ -129,7 +129,7 @@ TEST(MirrorImages, LeaveTheExactLatticeWeightsOfSphAsTheyAre) {
   for (const auto& points : {std::vector<std::int64_t>{6}, {5, 4}, {4, 3, 5}}) {
     const Cloud cloud = box_cloud(points, 0.1, {.on_walls = false});
     const Weights plain = sph_weights(cloud, 1);
-    MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_reach(1), {}, true);
+    MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_support(1), {}, true);
     EXPECT_FALSE(mirrored.walls.empty());
     CorrectionReport report;
     auto G = sph_consistent_weights(cloud, mirrored.neighbours, 1, report);

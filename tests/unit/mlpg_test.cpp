@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "conduction/cell_points.hpp"
+#include "conduction/quadrature.hpp"
 #include "mlpg_systems.hpp"
 
 namespace calor {

@@ -164,9 +164,9 @@ double linear_error(const Cloud& cloud, const ShapeRows& rows, std::span<const V
   for (std::size_t q = 0; q < places.size(); ++q) {
     double one = 0;
     Vec3 x;
-    for (auto n = rows.row[q]; n < rows.row[q + 1]; ++n) {
-      one += rows.phi[n];
-      x += rows.phi[n] * (cloud.x[rows.column[n]] - places[q]);
+    for (auto n = rows.phi.row[q]; n < rows.phi.row[q + 1]; ++n) {
+      one += rows.phi.value[n];
+      x += rows.phi.value[n] * (cloud.x[rows.phi.column[n]] - places[q]);
     }
     largest = std::max({largest, std::abs(one - 1), norm(x) / cloud.spacing[0]});
   }
@@ -182,17 +182,18 @@ TEST(SupportsParallel, AreEnlargedWhereAPlaceSeesTooFewPoints) {
   const auto rows = shape_rows(cloud, {3, 1}, {.spacings = 1.1, .least = 9}, places, places, report);
   EXPECT_GT(report.enlarged, 100);
   EXPECT_LE(report.largest, 2.5);
-  for (std::size_t q = 0; q < rows.size(); ++q) EXPECT_GE(rows.row[q + 1] - rows.row[q], 9);
+  for (std::size_t q = 0; q < rows.phi.count(); ++q) EXPECT_GE(rows.phi.row[q + 1] - rows.phi.row[q], 9);
   EXPECT_LE(linear_error(cloud, rows, places), 1e-12);
-  ASSERT_EQ(rows.slope.size(), rows.phi.size());
+  ASSERT_EQ(rows.slope.size(), rows.phi.value.size());
   // A sum over all rows does not depend on who makes them.
   std::vector<double> squares;
-  for (std::size_t q = 0; q < rows.size(); ++q)
-    for (auto n = rows.row[q]; n < rows.row[q + 1]; ++n) squares.push_back(rows.phi[n] * rows.phi[n]);
+  for (std::size_t q = 0; q < rows.phi.count(); ++q)
+    for (auto n = rows.phi.row[q]; n < rows.phi.row[q + 1]; ++n)
+      squares.push_back(rows.phi.value[n] * rows.phi.value[n]);
   const Cloud whole = box_cloud({9, 8, 7}, 0.1, {.jitter = 0.3, .support = 6});
   const auto all = shape_rows(whole, {3, 1}, {.spacings = 1.1, .least = 9}, places_of(whole), {}, report);
   std::vector<double> all_squares;
-  for (double phi : all.phi) all_squares.push_back(phi * phi);
+  for (double phi : all.phi.value) all_squares.push_back(phi * phi);
   EXPECT_EQ(sum(cloud.comm, squares), sum(MPI_COMM_SELF, all_squares));
 }
 
@@ -204,7 +205,7 @@ TEST(SupportsParallel, ByNumberOfNeighboursHoldThatMany) {
   EXPECT_EQ(report.enlarged, 0);
   EXPECT_TRUE(rows.slope.empty());
   EXPECT_LE(linear_error(cloud, rows, places), 1e-12);
-  const double mean = static_cast<double>(total(cloud.comm, static_cast<std::int64_t>(rows.phi.size()))) / 132;
+  const double mean = static_cast<double>(total(cloud.comm, static_cast<std::int64_t>(rows.phi.value.size()))) / 132;
   EXPECT_NEAR(mean, 17, 3);
 }
 

@@ -1,11 +1,6 @@
 #pragma once
-// Heat through the bonds from points to mirror images beyond walls of prescribed temperature:
-//   F_i += G kbar(k_i, k_m) (T_image - T_i),
-// booked to the boundary that holds the wall. An image stands for a local point m: it has its conductivity and the
-// temperature
-//   T = sign T_m + sum_n factor_n T*_n(x_n, t)
-// (odd reflection: sign = -1 and 2 T*; beyond an edge of two such walls +1; a constant layer: 0 and T*). Where fluxes
-// are differences of theta = integral of k dT, theta takes the place of T.
+// Heat through walls of prescribed temperature that no point holds, booked to the boundary that holds the wall: by
+// mirror images beyond it, or by a penalty.
 #include <array>
 #include <span>
 #include <vector>
@@ -15,6 +10,12 @@
 
 namespace calor {
 
+/// Bonds from points to mirror images beyond walls:
+///   F_i += G kbar(k_i, k_m) (T_image - T_i).
+/// An image stands for a local point m: it has its conductivity and the temperature
+///   T = sign T_m + sum_n factor_n T*_n(x_n, t)
+/// (odd reflection: sign = -1 and 2 T*; beyond an edge of two such walls +1; a constant layer: 0 and T*). Where fluxes
+/// are differences of theta = integral of k dT, theta takes the place of T.
 struct ImageBonds {
   /// A wall temperature that enters an image's: Conditions::temperatures[term] at a place on its wall.
   struct Value {
@@ -59,6 +60,35 @@ class ImageConduction final : public HeatTerm {
   std::vector<OnWall> walls_;
   bool is_constant_ = true, is_known_[2] = {false, false};
   std::vector<double> wall_part_[2], T_wall_, image_, image_power_;
+};
+
+/// Walls that a penalty holds at their temperature (as in the papers on MLPG): into point i of the wall flows the heat
+///   F_i += k_i [slope . u + stiffness (T* - T(x_i))],
+/// that of the temperature's gradient and that of the penalty. For every one of Conditions::temperatures, its points.
+struct PenaltyRows {
+  std::vector<SparseRows> slope;               ///< area . grad T, m
+  std::vector<std::vector<double>> stiffness;  ///< m
+};
+
+class PenaltyWalls final : public HeatTerm {
+ public:
+  /// `temperatures` must outlive this.
+  PenaltyWalls(PenaltyRows rows, std::span<const PrescribedTerm> temperatures)
+      : rows_(std::move(rows)), temperatures_(temperatures) {}
+
+  void add_rate(Evaluation& at, std::span<double> F, std::span<double> power) override;
+  void add_jacobian(Evaluation& at, JacobianEntries& J) override;
+  void add_row_sums(Evaluation& at, std::span<double> sums) override;
+  Traits traits() const override { return {.is_symmetric = false, .fixes_level = true}; }
+
+ private:
+  /// Calls use(m, n, flux over k) for point n of term m.
+  template <class Use>
+  void for_each_point(Evaluation& at, const Use& use);
+
+  PenaltyRows rows_;
+  std::span<const PrescribedTerm> temperatures_;
+  std::vector<double> T_star_, row_;
 };
 
 }  // namespace calor

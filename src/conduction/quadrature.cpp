@@ -1,11 +1,11 @@
-#include "conduction/cell_points.hpp"
+#include "conduction/quadrature.hpp"
 
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "cloud/convex_cell.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/lattice_cells.hpp"
+#include "conduction/faces.hpp"
 
 namespace calor {
 

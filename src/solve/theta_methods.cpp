@@ -1,0 +1,89 @@
+// The implicit theta methods with fixed steps:
+//   backward Euler   E_new = E + dt F(t_new, T_new)
+//   Crank-Nicolson   E_new = E + dt/2 (F(t, T) + F(t_new, T_new))
+#include "solve/implicit.hpp"
+#include "solve/stepper.hpp"
+
+namespace calor {
+namespace {
+
+class ThetaMethod : public ImplicitStepper {
+ public:
+  using ImplicitStepper::ImplicitStepper;
+
+ protected:
+  void backward_step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
+    T_ = state.T;
+    if (!solve_stage(system, interval.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate_))
+      fail(state.t, dt);
+    take(system, state, interval, t_new, {{dt, rate_}});
+  }
+  virtual void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) = 0;
+  virtual void restart() {}
+
+  Rate rate_;
+
+ private:
+  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+             const AfterStep& after_step) final {
+    prepare(system, state);
+    if (fresh) restart();
+    const EqualSteps steps(state.t, interval.end(), *options_.step);
+    for (long n = 1; n <= steps.count(); ++n) {
+      step(system, state, interval, steps.step(), steps.time(n));
+      if (!accept(system, state, steps.step(), after_step)) return false;
+    }
+    return true;
+  }
+};
+
+class BackwardEuler final : public ThetaMethod {
+ public:
+  using ThetaMethod::ThetaMethod;
+  std::string name() const override { return "backward-euler"; }
+
+ private:
+  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
+    backward_step(system, state, interval, dt, t_new);
+  }
+};
+
+/// After a start or a jump the first two steps are four half steps of backward Euler (Rannacher, Numer. Math. 43 (1984)
+/// 309): they damp what Crank-Nicolson would let oscillate, with the same matrix and without loss of order.
+class CrankNicolson final : public ThetaMethod {
+ public:
+  using ThetaMethod::ThetaMethod;
+  std::string name() const override { return "crank-nicolson"; }
+
+ private:
+  void restart() override { damped_steps_left_ = 2; }
+  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
+    if (damped_steps_left_ > 0) {
+      --damped_steps_left_;
+      backward_step(system, state, interval, dt / 2, state.t + dt / 2);
+      backward_step(system, state, interval, dt / 2, t_new);
+      return;
+    }
+    T_ = state.T;
+    evaluate(system, interval.data_time(state.t), state.T, start_rate_);
+    if (!solve_stage(system, interval.data_time(t_new), dt / 2, state.E, {{dt / 2, start_rate_}},
+                     tight_tolerance(system, state), rate_))
+      fail(state.t, dt);
+    take(system, state, interval, t_new, {{dt / 2, start_rate_}, {dt / 2, rate_}});
+  }
+
+  int damped_steps_left_ = 0;
+  Rate start_rate_;
+};
+
+}  // namespace
+
+std::unique_ptr<Integrator> make_backward_euler(const StepOptions& options) {
+  return std::make_unique<BackwardEuler>(options);
+}
+
+std::unique_ptr<Integrator> make_crank_nicolson(const StepOptions& options) {
+  return std::make_unique<CrankNicolson>(options);
+}
+
+}  // namespace calor
