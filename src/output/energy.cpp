@@ -34,7 +34,7 @@ EnergyBalance EnergyLog::record(const State& state) {
   double net = 0, gross = 0;
   for (double heat : balance.through) net += heat, gross += std::abs(heat);
   const double scale = std::max(std::abs(balance.stored), gross);
-  const double rounding = 1e-15 * sum(comm_, held);  // of the enthalpies: a body at rest has cumulative_heat nothing
+  const double rounding = 1e-15 * sum(comm_, held);  // of the enthalpies: a body at rest has exchanged nothing
   balance.imbalance = scale > rounding ? std::abs(balance.stored - net) / scale : 0;
   worst_ = std::max(worst_, balance.imbalance);
 

@@ -30,8 +30,8 @@ class Rkl2 final : public Stepper {
   std::string name() const override { return "rkl2"; }
 
  private:
-  /// What the recursion runs on: the enthalpies and, by the same coefficients, the heat cumulative_heat. As every stage
-  /// is the same linear combination for both, sum E - sum cumulative_heat stays what it was to round-off.
+  /// What the recursion runs on: the enthalpies and, by the same coefficients, the cumulative heat. As every stage
+  /// is the same linear combination for both, sum E - sum heat stays what it was to round-off.
   struct Stage {
     std::vector<double> E, cumulative_heat;
     void resize(const State& state) { E.resize(state.E.size()), cumulative_heat.resize(state.cumulative_heat.size()); }
