@@ -19,7 +19,7 @@
 
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/small_matrix.hpp"
+#include "conduction/linear_algebra.hpp"
 
 namespace calor {
 

@@ -8,7 +8,7 @@
 
 #include "base/parallel.hpp"
 #include "conduction/correction.hpp"
-#include "conduction/small_matrix.hpp"
+#include "conduction/linear_algebra.hpp"
 
 namespace calor {
 namespace {

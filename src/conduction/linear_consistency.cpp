@@ -8,9 +8,8 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/conjugate_gradients.hpp"
 #include "conduction/correction.hpp"
-#include "conduction/small_matrix.hpp"
+#include "conduction/linear_algebra.hpp"
 
 namespace calor {
 

@@ -10,9 +10,9 @@
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "conduction/constraint.hpp"
+#include "conduction/faces.hpp"
 #include "conduction/mlpg_stability.hpp"
 #include "conduction/quadrature.hpp"
-#include "conduction/sphere_cells.hpp"
 
 namespace calor {
 

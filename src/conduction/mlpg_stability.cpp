@@ -9,7 +9,7 @@
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
 #include "cloud/lattice.hpp"
-#include "conduction/sphere_cells.hpp"
+#include "conduction/faces.hpp"
 
 namespace calor {
 

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "conduction/linear_algebra.hpp"
 #include "conduction/pair_flux.hpp"
-#include "conduction/small_matrix.hpp"
 
 namespace calor {
 

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <vector>
 
-#include "conduction/conjugate_gradients.hpp"
 #include "conduction/correction.hpp"
+#include "conduction/linear_algebra.hpp"
 
 namespace calor {
 

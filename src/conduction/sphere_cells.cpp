@@ -1,4 +1,4 @@
-#include "conduction/sphere_cells.hpp"
+#include "conduction/faces.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -6,9 +6,9 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/conjugate_gradients.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/faces.hpp"
+#include "conduction/linear_algebra.hpp"
 #include "conduction/sph.hpp"
 
 namespace calor {
