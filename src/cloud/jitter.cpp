@@ -1,4 +1,5 @@
-#include "cloud/jitter.hpp"
+// Volumes of the points of a jittered lattice.
+#include "cloud/lattice.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "cloud/jitter.hpp"
 
 namespace calor {
 

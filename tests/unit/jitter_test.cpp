@@ -1,4 +1,4 @@
-#include "cloud/jitter.hpp"
+#include "cloud/lattice.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,6 @@
 #include <numeric>
 
 #include "base/parallel.hpp"
-#include "cloud/lattice.hpp"
 
 namespace calor {
 namespace {
