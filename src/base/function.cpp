@@ -244,7 +244,7 @@ Function Function::of_time(Curve curve, const SourceLocation& location) {
   return function;
 }
 
-Function Function::layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
+Function Function::layers(int axis, double start, const std::vector<double>& thickness, std::vector<double> values,
                           const SourceLocation& location) {
   return Function(std::make_shared<Layers>(axis, start, thickness, std::move(values), location));
 }

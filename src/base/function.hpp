@@ -44,7 +44,7 @@ class Function {
   static Function of_time(Curve curve, const SourceLocation& location = {});
   /// Constant in layers stacked along axis 0..2 from coordinate `start` upwards. At an interface (within 1e-9 of the
   /// thinnest layer) the mean of the two layers; a point outside all layers is an Error(bad_case) when evaluated.
-  static Function layers(int axis, double start, std::vector<double> thickness, std::vector<double> values,
+  static Function layers(int axis, double start, const std::vector<double>& thickness, std::vector<double> values,
                          const SourceLocation& location = {});
   /// Of one coordinate: 'x', 'y', 'z' or 'r' = sqrt(x^2 + y^2).
   static Function of_coordinate(char axis, Profile profile, const SourceLocation& location = {});

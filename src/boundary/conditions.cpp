@@ -97,7 +97,7 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
     if (s.faces != 0 && !s.prescribed && !cloud.has_areas && !s.insulated)
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
-    if (table.has("where")) collective_try(cloud.comm, [&] { s.in = where(c, table, cloud.owned_points()); });
+    if (table.has("where")) collective_try(cloud.comm, [&, &t = table] { s.in = where(c, t, cloud.owned_points()); });
     sections.push_back(std::move(s));
   }
   return sections;

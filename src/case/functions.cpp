@@ -65,7 +65,7 @@ class Parts {
   /// A unit that converts to `si_unit`.
   std::string unit(const Key& key, const std::string& si_unit) const {
     const Value v = get(key);
-    const std::string unit = read_text(v, key);
+    std::string unit = read_text(v, key);
     try {
       to_si(1, unit, si_unit);
     } catch (const std::invalid_argument& e) {

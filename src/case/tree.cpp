@@ -75,7 +75,7 @@ void merge(Value& into, const Value& changes) {
   }
 }
 
-void set_path(Value& root, const std::vector<std::string>& keys, Value value) {
+void set_path(Value& root, const std::vector<std::string>& keys, const Value& value) {
   Value* at = &root;
   std::string path;
   for (const std::string& key : keys) {

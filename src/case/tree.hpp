@@ -57,6 +57,6 @@ std::vector<std::string> split_path(const std::string& path);
 void merge(Value& into, const Value& changes);
 
 /// Sets the value at a path of keys, making tables on the way. Throws Error(bad_case) where the path meets no table.
-void set_path(Value& root, const std::vector<std::string>& keys, Value value);
+void set_path(Value& root, const std::vector<std::string>& keys, const Value& value);
 
 }  // namespace calor

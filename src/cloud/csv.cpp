@@ -79,7 +79,7 @@ std::vector<std::string> gather_words(MPI_Comm comm, const std::set<std::string>
   std::string all(at.back(), ' ');
   MPI_Allgatherv(mine.data(), length, MPI_CHAR, all.data(), lengths.data(), at.data(), MPI_CHAR, comm);
   std::set<std::string> merged;
-  for (std::size_t begin = 0, end; begin < all.size(); begin = end + 1) {
+  for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end + 1) {
     end = all.find('\n', begin);
     merged.insert(all.substr(begin, end - begin));
   }

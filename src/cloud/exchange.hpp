@@ -18,7 +18,7 @@ std::vector<Record> exchange(MPI_Comm comm, const std::vector<Record>& packed, c
   std::partial_sum(counts.begin(), counts.end(), from.begin() + 1);
   std::partial_sum(arriving.begin(), arriving.end(), to.begin() + 1);
   std::vector<Record> received(to.back());
-  MPI_Datatype record;
+  MPI_Datatype record = MPI_DATATYPE_NULL;
   MPI_Type_contiguous(sizeof(Record), MPI_BYTE, &record);
   MPI_Type_commit(&record);
   MPI_Alltoallv(packed.data(), counts.data(), from.data(), record, received.data(), arriving.data(), to.data(), record,

@@ -45,7 +45,7 @@ void Halo::update(std::span<double> values) const {
 
 void Halo::update(std::span<Vec3> values) const {
   if (!forest_) return;
-  MPI_Datatype vector;
+  MPI_Datatype vector = MPI_DATATYPE_NULL;
   MPI_Type_contiguous(3, MPI_DOUBLE, &vector);
   MPI_Type_commit(&vector);
   broadcast(forest_.get(), vector, values.data(), values.data() + owned_);
