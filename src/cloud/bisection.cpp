@@ -34,7 +34,7 @@ std::vector<double> extents(MPI_Comm comm, std::size_t groups, std::span<const i
   std::vector<double> e(2 * groups, inf);
   for (std::int32_t i : listed) {
     const double v = key(i);
-    double* out = &e[std::size_t{2} * group[i]];
+    double* out = &e[2 * group[i]];
     out[0] = std::min(out[0], v);
     out[1] = std::min(out[1], -v);
   }

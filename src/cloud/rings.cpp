@@ -40,11 +40,10 @@ class RingLattice {
 
  private:
   bool whole() const { return rings_.sector == Sector::full; }
-  std::int64_t intervals_on(std::int64_t m) const {
+  std::int64_t intervals_on(int m) const {
     if (whole()) return 6 * m;
     if (rings_.sector == Sector::half) return 3 * m;
-    return std::max<std::int64_t>(
-        2, std::lrint(1.5 * static_cast<double>(m)));  // halves go to even numbers, in turn up and down
+    return std::max<std::int64_t>(2, std::lrint(1.5 * m));  // halves go to even numbers, in turn up and down
   }
   std::int64_t points_on(int m) const { return intervals_on(m) + (whole() ? 0 : 1); }
 

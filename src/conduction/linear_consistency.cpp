@@ -35,7 +35,7 @@ std::array<bool, 3> held_axes(const Cloud& cloud, const Neighbours& neighbours) 
 /// they are balanced.
 void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::span<Vec3> R) {
   const auto points = cloud.owned_points();
-  const double count = static_cast<double>(cloud.count);
+  const auto count = static_cast<double>(cloud.count);
   const auto total = sums(cloud.comm, numbers(points), 3);
   const Vec3 centre{total[0] / count, total[1] / count, total[2] / count};
   std::vector<double> columns;

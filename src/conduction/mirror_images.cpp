@@ -54,6 +54,7 @@ std::vector<char> mirrored_patches(const Cloud& cloud, const Conditions& conditi
     }
   });
   std::vector<char> mirrored;
+  mirrored.reserve(held.size());
   for (const int condition : held)
     mirrored.push_back(condition >= 0 || (condition == WallSection::insulated && insulated_too));
   return mirrored;

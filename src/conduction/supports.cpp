@@ -158,7 +158,7 @@ std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, double rea
     double square;
     std::int64_t id;
     std::int32_t point;
-    auto operator<=>(const Near&) const = default;
+    auto operator<=>(const Near&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 reads a 0 into it
   };
   std::vector<Near> near;
   for_each_near(x, reach, [&](std::int32_t j, double square) {
