@@ -11,7 +11,7 @@ target_compile_definitions(unit_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_D
 add_dependencies(unit_tests calor)
 target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS)
 # A process each costs 0.1 s to start MPI and PETSc, together 25 s on two cores, and names what fails. Found when ctest
-# runs, because a build with sanitizers cannot list its tests before it is told what to suppress.
+# runs, because a build with sanitizers has to be told first that MPI leaks (./dev sanitize).
 gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 
 set(tests ${CMAKE_SOURCE_DIR}/tests)
