@@ -6,7 +6,8 @@
 #include "app/model.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
-#include "output/expect.hpp"
+#include "output/observer.hpp"
+#include "output/probes.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
 
@@ -21,8 +22,13 @@ int check_case(const Case& c, MPI_Comm comm) {
   const CloudCheck sound = check(cloud);
   Start begin = start(model);
   State& state = begin.state;
-  const auto weld = WeldResults::make(c, system, probes, state, begin.E_before_walls);
-  Expectations expectations(c, cloud, system.material(), probes, weld.get(), "");
+  make_observers({.description = c,
+                  .system = system,
+                  .probes = probes,
+                  .weld = WeldResults::make(c, system, probes, state, begin.E_before_walls),
+                  .start_E = begin.E_before_walls,
+                  .start = state,
+                  .phases = phases});
   if (!is_steady(c))  // refuses what does not fit
     std::ranges::copy(make_integrator(c, system, state)->notes, std::back_inserter(model.notes));
   const bool takes_explicit = !is_steady(c) && system.capacity_is_lumped();

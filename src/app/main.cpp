@@ -13,7 +13,6 @@
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
-#include "output/expect.hpp"
 #include "output/report.hpp"
 
 namespace {

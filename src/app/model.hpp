@@ -6,8 +6,7 @@
 #include "case/case.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/method.hpp"
-#include "output/phases.hpp"
-#include "output/probes.hpp"
+#include "output/report.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {

@@ -2,25 +2,16 @@
 // The way of the data: case -> cloud -> discretisation -> heat system -> integrator -> outputs.
 #include <mpi.h>
 
-#include <map>
 #include <string>
-#include <vector>
 
 #include "case/case.hpp"
-#include "output/expect.hpp"
+#include "output/report.hpp"
 
 namespace calor {
 
 struct RunOptions {
   std::string folder;  ///< results; empty: nothing is written
   bool quiet = false;  ///< no progress line
-};
-
-struct RunResult {
-  std::vector<Verdict> verdicts;
-  std::map<std::string, double> numbers;  ///< what report.json says
-  int interrupted_by = 0;                 ///< signal number, 0 = ran to the end
-  bool passed() const;
 };
 
 /// Runs a case. Collective; throws Error.

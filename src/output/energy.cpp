@@ -1,5 +1,8 @@
 #include "output/energy.hpp"
 
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -8,19 +11,22 @@
 
 namespace calor {
 
-EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder)
-    : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)) {
-  if (folder.empty()) return;
-  std::string header = "time [s],stored [J]";
+EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, std::string folder)
+    : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)), folder_(std::move(folder)) {}
+
+void EnergyLog::begin() {
+  if (folder_.empty()) return;
+  std::string header = "time [s],stored [J]", powers;
   int account = 0;
-  for (const std::string& name : system.accounts())
-    header += (account++ < system.boundary_accounts() ? ",through " : ",from ") + name + " [J]";
-  for (auto name = system.accounts().begin() + system.boundary_accounts(); name != system.accounts().end(); ++name)
-    header += ",asked of " + *name + " [W],deposited by " + *name + " [W]";
-  log_ = CsvLog(comm_, folder + "/energy.csv", header + ",imbalance");
+  for (const std::string& name : system_.accounts()) {
+    const bool is_boundary = account++ < system_.boundary_accounts();
+    header += fmt::format(",{} {} [J]", is_boundary ? "through" : "from", name);
+    if (!is_boundary) powers += fmt::format(",asked of {0} [W],deposited by {0} [W]", name);
+  }
+  log_ = CsvLog(comm_, folder_ + "/energy.csv", header + powers + ",imbalance");
 }
 
-EnergyBalance EnergyLog::record(const State& state) {
+EnergyBalance EnergyLog::add(const State& state) {
   // Differences point by point: of two large totals hardly a digit would be left.
   std::vector<double> gained(start_E_.size()), held(start_E_.size());
   for (std::size_t i = 0; i < gained.size(); ++i) {
@@ -47,6 +53,18 @@ EnergyBalance EnergyLog::record(const State& state) {
   row.push_back(balance.imbalance);
   log_.row(row);
   return balance;
+}
+
+void EnergyLog::finish(const Moment&, RunResult& result) {
+  result.numbers.insert({{"energy_imbalance", worst_}, {"source_error", worst_source_error_}});
+  if (worst_source_error_ > 1e-9 && rank_of(comm_) == 0)
+    spdlog::warn("sources deposited up to {:.3g} % more or less power than asked for: see energy.csv",
+                 100 * worst_source_error_);
+}
+
+std::unique_ptr<Observer> make_energy_log(const RunSetup& run) {
+  if (run.is_steady()) return nullptr;
+  return std::make_unique<EnergyLog>(run.system, run.start_E, run.folder);
 }
 
 }  // namespace calor

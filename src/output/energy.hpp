@@ -1,10 +1,9 @@
 #pragma once
 // Where the heat came from and where it is.
-#include <string>
 #include <vector>
 
 #include "output/files.hpp"
-#include "solve/heat_system.hpp"
+#include "output/observer.hpp"
 
 namespace calor {
 
@@ -15,23 +14,28 @@ struct EnergyBalance {
 };
 
 /// Writes energy.csv (time, stored, through each boundary, from each source, power asked of and deposited by each
-/// source at that time, imbalance); only rank 0 writes.
-class EnergyLog {
+/// source at that time, imbalance).
+class EnergyLog : public Observer {
  public:
   /// `start_E` (owned points, J) before walls were imposed, so that the jump at t = 0 counts. Empty folder: writes
-  /// nothing. Collective.
-  EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder);
-  EnergyBalance record(const State& state);  ///< Collective.
+  /// nothing.
+  EnergyLog(HeatSystem& system, std::vector<double> start_E, std::string folder = "");
+
+  void begin() override;
+  void record(const Moment& m) override { add(m.state()); }
+  void finish(const Moment& m, RunResult& result) override;
+
+  EnergyBalance add(const State& state);  ///< A row. Collective.
   double worst_imbalance() const { return worst_; }
-  /// Largest |deposited / asked - 1| of a source's power so far.
-  double worst_source_error() const { return worst_source_error_; }
 
  private:
   HeatSystem& system_;
   MPI_Comm comm_;
   std::vector<double> start_E_;
+  std::string folder_;
   CsvLog log_;
-  double worst_ = 0, worst_source_error_ = 0;
+  double worst_ = 0;
+  double worst_source_error_ = 0;  ///< largest |deposited / asked - 1| of a source's power
 };
 
 }  // namespace calor

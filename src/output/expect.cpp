@@ -23,7 +23,7 @@ bool reached(double t, double at) { return std::abs(t - at) <= 1e-9 * std::max(s
 
 }  // namespace
 
-struct Expectations::Parts {
+struct Expectations::Impl {
   const Cloud& cloud;
   const MaterialField& material;
   const Probes& probes;
@@ -51,7 +51,7 @@ struct Expectations::Parts {
              std::span<const double> values) const;
 };
 
-void Expectations::Parts::read_report(const Table& table) {
+void Expectations::Impl::read_report(const Table& table) {
   refuse_others(table, "report", {"quantity", "at", "value", "reference", "column", "filter", "within", "norm", "of"});
   const std::size_t first = bounds.size();
   for (const std::string key : {"at_most", "at_least"}) {
@@ -67,7 +67,7 @@ void Expectations::Parts::read_report(const Table& table) {
   entries.push_back({true, first, bounds.size() - first});
 }
 
-std::vector<int> Expectations::Parts::select(const Case& c, const Table& table, const std::string& subject) const {
+std::vector<int> Expectations::Impl::select(const Case& c, const Table& table, const std::string& subject) const {
   std::vector<char> is_selected(cloud.owned, true);
   if (subject == "where") collective_try(cloud.comm, [&] { is_selected = where(c, table, cloud.owned_points()); });
   std::vector<int> points;
@@ -79,7 +79,7 @@ std::vector<int> Expectations::Parts::select(const Case& c, const Table& table, 
   return points;
 }
 
-const Quantity& Expectations::Parts::read_quantity(const Table& table) const {
+const Quantity& Expectations::Impl::read_quantity(const Table& table) const {
   const Quantity& q = *std::ranges::find(quantities(), table.text("quantity"), &Quantity::name);
   if (q.name == "volumetric_heat_capacity" && !material.has_capacity())
     table.refuse("quantity", "density or specific heat of the body are not known", "give its materials both");
@@ -108,7 +108,7 @@ const Quantity& Expectations::Parts::read_quantity(const Table& table) const {
   return q;
 }
 
-void Expectations::Parts::read_comparison(const Case& c, const Table& table, const std::string& subject) {
+void Expectations::Impl::read_comparison(const Case& c, const Table& table, const std::string& subject) {
   refuse_others(table, subject, {"at_most"});
   Comparison e{.table = table,
                .quantity = &read_quantity(table),
@@ -170,7 +170,7 @@ void Expectations::Parts::read_comparison(const Case& c, const Table& table, con
   comparisons.push_back(std::move(e));
 }
 
-std::vector<double> Expectations::Parts::values(const Comparison& e, double t, std::span<const double> T) const {
+std::vector<double> Expectations::Impl::values(const Comparison& e, double t, std::span<const double> T) const {
   if (e.quantity->name == "temperature") return {T.begin(), T.end()};
   if (e.quantity->name == "peak_temperature") return {weld->points().peak().begin(), weld->points().peak().end()};
   if (e.quantity->name == "cooling_time") return {weld->points().cooling().begin(), weld->points().cooling().end()};
@@ -186,20 +186,20 @@ std::vector<double> Expectations::Parts::values(const Comparison& e, double t, s
   return out;
 }
 
-double Expectations::Parts::of_body(const Comparison& e, const State& state, std::span<const double> T) const {
+double Expectations::Impl::of_body(const Comparison& e, const State& state, std::span<const double> T) const {
   if (e.quantity->name == "average_temperature") return weld->average(state, T);
   return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of_temperatures(state.T).length();
 }
 
 /// What a probe went through is not what the points around it went through, interpolated: it has a history of its own.
-double Expectations::Parts::at_probe(const Comparison& e, const State& state, std::span<const double> T) const {
+double Expectations::Impl::at_probe(const Comparison& e, const State& state, std::span<const double> T) const {
   if (e.quantity->name == "temperature") return probes.temperatures(state.T)[e.probe];
   if (e.quantity->name == "peak_temperature") return weld->probes().peak()[e.probe];
   if (e.quantity->name == "cooling_time") return weld->probes().cooling()[e.probe];
   return probes.sample(values(e, state.t, T))[e.probe];
 }
 
-void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& state, std::span<const double> T) const {
+void Expectations::Impl::compare(Comparison& e, std::size_t k, const State& state, std::span<const double> T) const {
   const double t = e.times[k];
   const bool is_relative = e.tolerance(k).is_relative;
   const std::string of = e.table.text("of");
@@ -229,8 +229,8 @@ void Expectations::Parts::compare(Comparison& e, std::size_t k, const State& sta
   if (!folder.empty()) write(e, k, reference, all);
 }
 
-void Expectations::Parts::write(const Comparison& e, std::size_t k, const PointReference::Values& reference,
-                                std::span<const double> values) const {
+void Expectations::Impl::write(const Comparison& e, std::size_t k, const PointReference::Values& reference,
+                               std::span<const double> values) const {
   const std::string unit = e.quantity->unit.empty() ? "" : fmt::format(" [{}]", e.quantity->unit);
   const std::string time = e.is_steady ? "" : fmt::format("-{:g}", e.times[k]);
   make_folder(cloud.comm, folder);
@@ -247,19 +247,19 @@ void Expectations::Parts::write(const Comparison& e, std::size_t k, const PointR
 
 Expectations::Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
                            const WeldResults* weld, const std::string& folder)
-    : parts_(new Parts{cloud, material, probes, weld, folder, {}, {}, {}}) {
+    : impl_(new Impl{cloud, material, probes, weld, folder, {}, {}, {}}) {
   for (const Table& table : c.root().list("expect")) {
     const bool is_of_body = std::ranges::find(quantities(), table.text("quantity"), &Quantity::name)->is_of_body;
     if (is_of_body) {
       refuse_others(table, table.text("quantity"), {"probe", "where", "report"});
-      parts_->read_comparison(c, table, "quantity");
+      impl_->read_comparison(c, table, "quantity");
       continue;
     }
     const std::string subject = one_of(table, {"probe", "field", "where", "report"}, "what it is about");
     if (subject == "report")
-      parts_->read_report(table);
+      impl_->read_report(table);
     else
-      parts_->read_comparison(c, table, subject);
+      impl_->read_comparison(c, table, subject);
   }
 }
 
@@ -267,25 +267,33 @@ Expectations::~Expectations() = default;
 
 std::vector<double> Expectations::times() const {
   std::vector<double> all;
-  for (const Comparison& e : parts_->comparisons)
+  for (const Comparison& e : impl_->comparisons)
     if (!e.is_steady) all.insert(all.end(), e.times.begin(), e.times.end());
   return all;
 }
 
 void Expectations::observe(const State& state, bool last, std::span<const double> T) {
   const double t = state.t;
-  for (Comparison& e : parts_->comparisons)
+  for (Comparison& e : impl_->comparisons)
     for (std::size_t k = 0; k < e.times.size(); ++k)
       if (!e.results[k] && (reached(t, e.times[k]) || (last && t < e.times[k]) || e.is_steady))
-        parts_->compare(e, k, state, T);
+        impl_->compare(e, k, state, T);
 }
 
-std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& report) {
-  std::vector<Verdict> verdicts;
-  for (const Parts::Entry& entry : parts_->entries) {
+void Expectations::at_stop(const Moment& m) {
+  if (!m.interrupted_by) observe(m.state(), m.is_last, m.temperatures());
+}
+
+void Expectations::finish(const Moment& m, RunResult& result) {
+  if (!m.interrupted_by) result.verdicts = verdicts(result.numbers);
+}
+
+std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>& report) {
+  std::vector<Verdict> all;
+  for (const Impl::Entry& entry : impl_->entries) {
     if (entry.is_report) {
       for (std::size_t n = entry.first; n < entry.first + entry.count; ++n) {
-        const ReportBound& b = parts_->bounds[n];
+        const ReportBound& b = impl_->bounds[n];
         const auto found = report.find(b.number);
         Verdict v{.what = b.name, .norm = "value", .unit = "", .error = nan, .tolerance = b.bound};
         if (found == report.end()) {
@@ -298,11 +306,11 @@ std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& r
           v.reference = b.bound;
           v.passed = b.is_upper ? v.error <= b.bound : v.error >= b.bound;
         }
-        verdicts.push_back(v);
+        all.push_back(v);
       }
       continue;
     }
-    const Comparison& e = parts_->comparisons[entry.first];
+    const Comparison& e = impl_->comparisons[entry.first];
     // One verdict for every tolerance; where one holds for several times, the worst of them counts.
     const bool is_joint = e.within.size() == 1 && e.times.size() > 1;
     for (std::size_t first = 0; first < e.within.size(); ++first) {
@@ -327,10 +335,15 @@ std::vector<Verdict> Expectations::finish(const std::map<std::string, double>& r
         v.what += fmt::format(" at {:g} s", e.times[k]);
       if (!e.results[k]) v.what += " (never reached)";
       if (e.table.has("source")) v.what += fmt::format(" ({})", e.table.text("source"));
-      verdicts.push_back(v);
+      all.push_back(v);
     }
   }
-  return verdicts;
+  return all;
+}
+
+std::unique_ptr<Observer> make_expectations(const RunSetup& run) {
+  return std::make_unique<Expectations>(run.description, run.system.cloud(), run.system.material(), run.probes,
+                                        run.weld.get(), run.folder);
 }
 
 void declare_expect(Schema& schema) {

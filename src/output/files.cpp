@@ -1,11 +1,16 @@
 #include "output/files.hpp"
 
 #include <fmt/format.h>
+#include <spdlog/sinks/basic_file_sink.h>
+#include <spdlog/sinks/ringbuffer_sink.h>
+#include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
 #include <utility>
+#include <vector>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
@@ -80,6 +85,46 @@ void CsvLog::row(std::span<const double> values) {
     for (double value : values) fmt::print(file_.get(), "{}{}", std::exchange(comma, ","), value);
     std::fputc('\n', file_.get());
     if (std::fflush(file_.get()) != 0) refuse_writing(path_, errno);
+  });
+}
+
+struct RunLog::Sinks {
+  std::shared_ptr<spdlog::sinks::ringbuffer_sink_mt> early;
+  spdlog::sink_ptr file;
+};
+
+namespace {
+
+constexpr std::size_t most_early = 1000;
+
+std::vector<spdlog::sink_ptr>& all_sinks() { return spdlog::default_logger()->sinks(); }
+
+}  // namespace
+
+RunLog::RunLog(MPI_Comm comm) : comm_(comm), sinks_(std::make_unique<Sinks>()) {
+  if (rank_of(comm) != 0) return;
+  sinks_->early = std::make_shared<spdlog::sinks::ringbuffer_sink_mt>(most_early);
+  all_sinks().push_back(sinks_->early);
+}
+
+RunLog::~RunLog() {
+  std::erase(all_sinks(), sinks_->early);
+  std::erase(all_sinks(), sinks_->file);
+}
+
+void RunLog::open(const std::string& folder) {
+  make_folder(comm_, folder);
+  collective_try(comm_, [&] {
+    if (!sinks_->early || folder.empty()) return;
+    const std::string path = folder + "/run.log";
+    try {
+      sinks_->file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(path, true);
+    } catch (const spdlog::spdlog_ex&) {
+      refuse_writing(path, errno);
+    }
+    sinks_->file->set_pattern("%Y-%m-%d %H:%M:%S  %v");
+    for (const auto& message : sinks_->early->last_raw()) sinks_->file->log(message);
+    std::ranges::replace(all_sinks(), spdlog::sink_ptr(sinks_->early), sinks_->file);
   });
 }
 

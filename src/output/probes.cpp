@@ -9,6 +9,8 @@
 #include <limits>
 
 #include "base/parallel.hpp"
+#include "output/files.hpp"
+#include "output/observer.hpp"
 
 namespace calor {
 namespace {
@@ -229,17 +231,35 @@ std::vector<double> Probes::temperatures(std::span<const double> T) const {
   return values;
 }
 
-ProbeLog::ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder) : probes_(probes) {
-  if (folder.empty() || probes.names().empty()) return;
-  std::string header = "time [s]";
-  for (const std::string& name : probes.names()) header += "," + name + " [K]";
-  log_ = CsvLog(comm, folder + "/probes.csv", header);
-}
+namespace {
 
-void ProbeLog::record(double t, std::span<const double> T) {
-  std::vector<double> row = probes_.temperatures(T);
-  row.insert(row.begin(), t);
-  log_.row(row);
+/// probes.csv: a row of probe temperatures a time.
+class ProbeLog : public Observer {
+ public:
+  explicit ProbeLog(const RunSetup& run) : run_(run) {}
+
+  void begin() override {
+    std::string header = "time [s]";
+    for (const std::string& name : run_.probes.names()) header += "," + name + " [K]";
+    log_ = CsvLog(run_.comm(), run_.folder + "/probes.csv", header);
+  }
+  void record(const Moment& m) override {
+    m.temperatures();  // for the ghosts
+    std::vector<double> row = run_.probes.temperatures(m.u());
+    row.insert(row.begin(), m.state().t);
+    log_.row(row);
+  }
+
+ private:
+  const RunSetup& run_;
+  CsvLog log_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_probe_log(const RunSetup& run) {
+  if (run.folder.empty() || run.probes.names().empty()) return nullptr;
+  return std::make_unique<ProbeLog>(run);
 }
 
 void declare_probes(Schema& schema) {

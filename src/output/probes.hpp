@@ -10,7 +10,6 @@
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/dofs.hpp"
-#include "output/files.hpp"
 
 namespace calor {
 
@@ -47,18 +46,6 @@ class Probes {
   std::vector<int> first_slot_;           // of every probe, and the number of all slots
   std::vector<int> own_;                  // probes next to points of this rank
   std::optional<SparseRows> value_rows_;  // of these
-};
-
-/// probes.csv: a row of probe temperatures a time. Only rank 0 writes; every row is on disk when record returns.
-class ProbeLog {
- public:
-  /// Empty folder or no probes: writes nothing. Throws Error(file). Collective.
-  ProbeLog(MPI_Comm comm, const Probes& probes, const std::string& folder);
-  void record(double t, std::span<const double> T);  ///< T: see Probes::temperatures. Collective.
-
- private:
-  const Probes& probes_;
-  CsvLog log_;
 };
 
 void declare_probes(Schema& schema);

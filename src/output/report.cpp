@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <petscversion.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 
@@ -38,6 +39,8 @@ std::string object(const std::vector<std::pair<std::string, std::string>>& membe
 
 }  // namespace
 
+bool RunResult::passed() const { return interrupted_by == 0 && std::ranges::all_of(verdicts, &Verdict::passed); }
+
 void forget_report(MPI_Comm comm, const std::string& folder) {
   if (folder.empty()) return;
   collective_try(comm, [&] {
@@ -46,28 +49,28 @@ void forget_report(MPI_Comm comm, const std::string& folder) {
   });
 }
 
-void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const std::map<std::string, double>& numbers,
-                  const std::map<std::string, std::string>& texts, const Phases& phases,
-                  const std::vector<Verdict>& verdicts, bool passed) {
+void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const RunResult& result,
+                  const Phases& phases) {
   if (folder.empty()) return;
   std::vector<std::pair<std::string, std::string>> counted, timed;
-  for (const auto& [name, value] : numbers) counted.emplace_back(name, json_number(value));
+  for (const auto& [name, value] : result.numbers) counted.emplace_back(name, json_number(value));
   for (const auto& [name, timing] : phases.timings()) {
     const double wall = max(comm, timing.wall), cpu = sum(comm, std::span(&timing.cpu, 1));
     timed.emplace_back(name, fmt::format(R"({{"wall": {}, "cpu": {}}})", json_number(wall), json_number(cpu)));
   }
   std::string list;
-  for (const Verdict& v : verdicts) list += fmt::format("{}\n    {}", list.empty() ? "" : ",", json(v));
+  for (const Verdict& v : result.verdicts) list += fmt::format("{}\n    {}", list.empty() ? "" : ",", json(v));
 
   const std::string petsc = fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
   std::string text = fmt::format("{{\n  \"name\": {},\n", json_string(c.name()));
-  for (const auto& [name, value] : texts) text += fmt::format("  {}: {},\n", json_string(name), json_string(value));
+  for (const auto& [name, value] : result.texts)
+    text += fmt::format("  {}: {},\n", json_string(name), json_string(value));
   text += fmt::format(
       "  \"versions\": {},\n  \"numbers\": {},\n  \"seconds\": {},\n",
       object(
           {{"calor", json_string(CALOR_VERSION)}, {"petsc", json_string(petsc)}, {"mpi", json_string(mpi_version())}}),
       object(counted), object(timed));
-  text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n", passed,
+  text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n", result.passed(),
                       list.empty() ? "" : list + "\n  ", c.json());
   make_folder(comm, folder);
   collective_try(comm, [&] {

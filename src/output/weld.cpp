@@ -8,9 +8,32 @@
 #include <limits>
 
 #include "base/parallel.hpp"
+#include "output/files.hpp"
+#include "output/observer.hpp"
 
 namespace calor {
 namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// The parabola through the last three values, T = T2 + (t - t2) (slope + (t - t1) bend).
+struct Parabola {
+  double t1, t2, T2, slope, bend;
+
+  double at(double t) const { return T2 + (t - t2) * (slope + (t - t1) * bend); }
+  /// Time between t1 and t2 at which it falls through a level that lies between its values there.
+  double falls_through(double level) const {
+    double low = t1, high = t2, t = t2 + (level - T2) / slope;
+    for (int iteration = 0; iteration < 60 && high - low > 1e-14 * t2; ++iteration) {
+      (at(t) > level ? low : high) = t;
+      const double derivative = slope + (2 * t - t1 - t2) * bend;
+      const double next = t - (at(t) - level) / derivative;
+      if (std::abs(next - t) <= 1e-14 * t2) return t;
+      t = next > low && next < high ? next : 0.5 * (low + high);
+    }
+    return t;
+  }
+};
 
 std::optional<ThermalHistory::Levels> cooling_levels(const Case& c) {
   const Table weld = c.section("weld");
@@ -76,6 +99,40 @@ double crossing(std::span<const double> T, std::size_t k, double level) {
 
 }  // namespace
 
+ThermalHistory::ThermalHistory(std::size_t count, std::optional<Levels> levels)
+    : levels_(levels),
+      T1_(count),
+      T0_(count),
+      peak_(count, -std::numeric_limits<double>::infinity()),
+      below_high_(levels ? count : 0, nan),
+      cooling_(levels ? count : 0, -1) {}
+
+void ThermalHistory::observe(double t, std::span<const double> T) {
+  if (known_ > 0 && t <= t1_) return;
+  for (std::size_t i = 0; i < T.size(); ++i) {
+    peak_[i] = std::max(peak_[i], T[i]);
+    if (known_ == 0) continue;
+    Parabola p{.t1 = t1_, .t2 = t, .T2 = T[i], .slope = (T[i] - T1_[i]) / (t - t1_), .bend = 0};
+    if (known_ > 1) {
+      const double before = (T1_[i] - T0_[i]) / (t1_ - t0_);
+      p.bend = (p.slope - before) / (t - t0_);
+      if (before > 0 && p.slope < 0)  // the top lies between t0 and t
+        peak_[i] = std::max(peak_[i], p.at(0.5 * (t1_ + t) - 0.5 * p.slope / p.bend));
+    }
+    if (!levels_) continue;
+    const auto falls = [&](double level) { return T1_[i] > level && T[i] <= level; };
+    if (falls(levels_->high)) below_high_[i] = p.falls_through(levels_->high);
+    if (falls(levels_->low) && !std::isnan(below_high_[i])) {
+      cooling_[i] = p.falls_through(levels_->low) - below_high_[i];
+      below_high_[i] = nan;
+    }
+  }
+  std::swap(T0_, T1_);
+  std::ranges::copy(T, T1_.begin());
+  t0_ = t1_, t1_ = t;
+  known_ = std::min(known_ + 1, 2);
+}
+
 Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
                const SourceLocation& in_case, const Dofs* dofs)
     : name_(name),
@@ -104,12 +161,12 @@ Extent::Part Extent::of(const std::vector<double>& T) const {
           .end = step_ * (end + 1 == T.size() ? static_cast<double>(end) : crossing(T, end, isotherm_))};
 }
 
-std::unique_ptr<WeldResults> WeldResults::make(const Case& c, HeatSystem& system, const Probes& probes,
+std::shared_ptr<WeldResults> WeldResults::make(const Case& c, HeatSystem& system, const Probes& probes,
                                                const State& start, const std::vector<double>& start_E) {
   if (!c.root().has("weld")) return nullptr;
   if (!c.root().has("time"))
     c.root().refuse("weld", "a steady case has no weld", "take [time] instead of [steady], or leave [weld] out");
-  return std::unique_ptr<WeldResults>(new WeldResults(c, system, probes, start, start_E));
+  return std::shared_ptr<WeldResults>(new WeldResults(c, system, probes, start, start_E));
 }
 
 WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
@@ -122,8 +179,6 @@ WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes
       start_E_(start_E) {
   const Cloud& cloud = system.cloud();
   const Table weld = c.section("weld");
-  header_ = "time [s],average [K]";
-  if (theory(0)) header_ += ",theory [K]";
   for (const auto& [name, table] : weld.sub("extent").children()) {
     if (!table.has("isotherm") && !weld.has("isotherm"))
       table.refuse("", fmt::format("[{}] has no isotherm", table.path()), "add isotherm = \"1450 degC\" to [weld]");
@@ -131,7 +186,6 @@ WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes
     if (from == to) table.refuse("to", "the line ends where it begins", "give two places");
     extents_.emplace_back(name, cloud, from, to, (table.has("isotherm") ? table : weld).number("isotherm"),
                           table.location(), &system.dofs());
-    header_ += fmt::format(",{0} [m],{0} from [m],{0} to [m]", name);
   }
   largest_.resize(extents_.size());
 
@@ -139,11 +193,6 @@ WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes
   system.capacity(T, C);
   capacity_ = sum(cloud.comm, C);
   start_mean_ = dot(cloud.comm, system.temperatures(T), C) / capacity_;
-}
-
-void WeldResults::open(const std::string& folder) {
-  folder_ = folder;
-  if (!folder.empty()) log_ = CsvLog(system_.cloud().comm, folder + "/weld.csv", header_);
 }
 
 void WeldResults::observe(const State& state, std::span<const double> T) {
@@ -171,36 +220,72 @@ std::optional<double> WeldResults::theory(double t) const {
   return start_mean_ + *asked / capacity_;
 }
 
-void WeldResults::record(const State& state, std::span<const double> T) {
-  std::vector<double> row{state.t, average(state, T)};
-  if (const auto expected = theory(state.t)) row.push_back(*expected);
-  for (const Extent& extent : extents_) {
-    const Extent::Part part = extent.of_temperatures(state.T);
-    row.insert(row.end(), {part.length(), part.begin, part.end});
-  }
-  log_.row(row);
-}
+namespace {
 
-std::map<std::string, double> WeldResults::finish(const State& state, std::span<const double> T) {
-  if (!folder_.empty() && !probes_.names().empty()) {
-    const int rank = rank_of(system_.cloud().comm);
-    write_in_turns(system_.cloud().comm, folder_ + "/cooling.csv",
-                   has_cooling_ ? "probe,peak [K],cooling time [s]" : "probe,peak [K]", [&](std::FILE* file) {
-                     for (std::size_t p = 0; rank == 0 && p < probes_.names().size(); ++p) {
-                       fmt::print(file, "{},{}", probes_.names()[p], at_probes_.peak()[p]);
-                       if (has_cooling_) fmt::print(file, ",{}", at_probes_.cooling()[p]);
+/// weld.csv and, in the end, cooling.csv and numbers for the report.
+class WeldLog : public Observer {
+ public:
+  explicit WeldLog(const RunSetup& run) : run_(run), weld_(*run.weld) {}
+
+  void begin() override {
+    if (run_.folder.empty()) return;
+    std::string header = weld_.theory(0) ? "time [s],average [K],theory [K]" : "time [s],average [K]";
+    for (const Extent& extent : weld_.extents())
+      header += fmt::format(",{0} [m],{0} from [m],{0} to [m]", extent.name());
+    log_ = CsvLog(run_.comm(), run_.folder + "/weld.csv", header);
+  }
+  bool after_step(const Moment& m) override {
+    weld_.observe(m.state(), m.temperatures());
+    return true;
+  }
+  void record(const Moment& m) override {
+    const auto T = m.temperatures();
+    weld_.observe(m.state(), T);
+    std::vector<double> row{m.state().t, weld_.average(m.state(), T)};
+    if (const auto expected = weld_.theory(m.state().t)) row.push_back(*expected);
+    for (const Extent& extent : weld_.extents()) {
+      const Extent::Part part = extent.of_temperatures(m.u());
+      row.insert(row.end(), {part.length(), part.begin, part.end});
+    }
+    log_.row(row);
+  }
+  void finish(const Moment& m, RunResult& result) override {
+    if (!run_.folder.empty() && !run_.probes.names().empty()) write_cooling();
+    const double average = weld_.average(m.state(), m.temperatures()), start = weld_.start_average();
+    result.numbers["average_temperature"] = average;
+    if (const auto expected = weld_.theory(m.state().t); expected && *expected != start)
+      result.numbers["average_temperature_error"] = std::abs(average - *expected) / std::abs(*expected - start);
+    for (std::size_t e = 0; e < weld_.extents().size(); ++e) {
+      const Extent& extent = weld_.extents()[e];
+      result.numbers["largest_" + extent.name()] = weld_.largest_extents()[e];
+      result.numbers["peak_" + extent.name()] = extent.of_field(weld_.points().peak()).length();
+    }
+  }
+
+ private:
+  void write_cooling() const {
+    const std::vector<std::string>& names = run_.probes.names();
+    const ThermalHistory& history = weld_.probes();
+    const bool is_written_here = rank_of(run_.comm()) == 0;
+    write_in_turns(run_.comm(), run_.folder + "/cooling.csv",
+                   weld_.has_cooling() ? "probe,peak [K],cooling time [s]" : "probe,peak [K]", [&](std::FILE* file) {
+                     for (std::size_t p = 0; is_written_here && p < names.size(); ++p) {
+                       fmt::print(file, "{},{}", names[p], history.peak()[p]);
+                       if (weld_.has_cooling()) fmt::print(file, ",{}", history.cooling()[p]);
                        std::fputc('\n', file);
                      }
                    });
   }
-  std::map<std::string, double> numbers{{"average_temperature", average(state, T)}};
-  if (const auto expected = theory(state.t); expected && *expected != start_mean_)
-    numbers["average_temperature_error"] = std::abs(average(state, T) - *expected) / std::abs(*expected - start_mean_);
-  for (std::size_t e = 0; e < extents_.size(); ++e) {
-    numbers["largest_" + extents_[e].name()] = largest_[e];
-    numbers["peak_" + extents_[e].name()] = extents_[e].of_field(points_.peak()).length();
-  }
-  return numbers;
+
+  const RunSetup& run_;
+  WeldResults& weld_;
+  CsvLog log_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_weld_log(const RunSetup& run) {
+  return run.weld ? std::make_unique<WeldLog>(run) : nullptr;
 }
 
 void declare_weld(Schema& schema) {

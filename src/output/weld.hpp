@@ -1,20 +1,42 @@
 #pragma once
 // What a weld is judged by: the extent of the melt along lines, peak temperatures, cooling times, the average
 // temperature against the theory.
-#include <map>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "case/case.hpp"
 #include "case/schema.hpp"
-#include "output/files.hpp"
-#include "output/history.hpp"
 #include "output/probes.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
+
+/// What temperatures went through: their peaks, and the time they took to cool between two levels (t8/5).
+class ThermalHistory {
+ public:
+  /// Cooling is from `high` to `low`, K; without them only peaks are kept.
+  struct Levels {
+    double high, low;
+  };
+  ThermalHistory(std::size_t count, std::optional<Levels> levels);
+
+  /// Adds temperatures at a later time. Between the times a parabola through three of them gives peaks and crossings.
+  void observe(double t, std::span<const double> T);
+
+  std::span<const double> peak() const { return peak_; }
+  /// From the last crossing of `high` to the first one of `low` after it, s; of several times the last one counts.
+  /// -1 where that has not happened.
+  std::span<const double> cooling() const { return cooling_; }
+
+ private:
+  std::optional<Levels> levels_;
+  double t1_ = 0, t0_ = 0;  ///< times before
+  int known_ = 0;           ///< how many of them there are
+  std::vector<double> T1_, T0_, peak_, below_high_, cooling_;
+};
 
 /// The part of a line between two places that is hotter than an isotherm: from the first crossing to the last.
 class Extent {
@@ -44,23 +66,19 @@ class WeldResults {
  public:
   /// By [weld]; nothing where the case has none. `start_E`: enthalpies before walls were imposed, J. Collective; throws
   /// Error.
-  static std::unique_ptr<WeldResults> make(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
+  static std::shared_ptr<WeldResults> make(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
                                            const std::vector<double>& start_E);
-  /// From now on writes weld.csv and, in the end, cooling.csv; an empty folder writes nothing. Collective; throws
-  /// Error.
-  void open(const std::string& folder);
 
-  // T: temperatures of the owned points, as HeatSystem::values gives them from those of the state.
+  // T: temperatures of the owned points, as HeatSystem::temperatures gives them from those of the state.
   void observe(const State& state, std::span<const double> T);  ///< After every step. Collective.
-  /// A row of weld.csv: time, average, theory, extents. Collective.
-  void record(const State& state, std::span<const double> T);
-  /// cooling.csv and numbers for the report. Collective.
-  std::map<std::string, double> finish(const State& state, std::span<const double> T);
 
   const std::vector<Extent>& extents() const { return extents_; }
+  const std::vector<double>& largest_extents() const { return largest_; }  ///< so far, m
   /// Average temperature of the body, weighted by heat capacity; by volume where that depends on temperature or the
   /// subdomains of the points overlap. K.
   double average(const State& state, std::span<const double> T) const;
+  /// The average at the start, K.
+  double start_average() const { return start_mean_; }
   /// What it would be without losses: that of the start and the heat asked of the sources over the heat capacity.
   std::optional<double> theory(double t) const;
   const ThermalHistory& points() const { return points_; }
@@ -73,14 +91,12 @@ class WeldResults {
 
   HeatSystem& system_;
   const Probes& probes_;
-  std::string folder_, header_;
   bool has_cooling_;
   std::vector<Extent> extents_;
-  std::vector<double> largest_;  ///< extents so far, m
+  std::vector<double> largest_;
   ThermalHistory points_, at_probes_;
   std::vector<double> start_E_;
   double start_mean_, capacity_;  ///< K, J/K
-  CsvLog log_;
 };
 
 void declare_weld(Schema& schema);

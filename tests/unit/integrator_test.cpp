@@ -288,11 +288,11 @@ struct Books {
 };
 Books books_of(const CaseModel& m, Integrator& integrator) {
   State state = m.start_without_walls();
-  EnergyLog energy(m.system(), state.E, "");
+  EnergyLog energy(m.system(), state.E);
   m.system().impose(0, state.T, state.E, state.cumulative_heat);
   EnergyBalance balance;
   integrator.advance(m.system(), state, 20, [&](const State& s) {
-    balance = energy.record(s);
+    balance = energy.add(s);
     return true;
   });
   return {energy.worst_imbalance(), balance};
@@ -341,10 +341,10 @@ radiation = { emissivity = 0.4, ambient = "431 K" }
 end = "100 s"
 )toml" + material);
       State state = m.start();
-      EnergyLog energy(m.system(), state.E, "");
+      EnergyLog energy(m.system(), state.E);
       kind.make(steps_of(10))->advance(m.system(), state, 100, go_on);
       for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(state.T[i], 431, 1e-9) << kind.name;
-      energy.record(state);
+      energy.add(state);
       EXPECT_EQ(energy.worst_imbalance(), 0) << kind.name;
     }
 }

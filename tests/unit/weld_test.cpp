@@ -9,7 +9,6 @@
 #include "material/library.hpp"
 #include "material/simple.hpp"
 #include "method_clouds.hpp"
-#include "output/history.hpp"
 #include "output/weld.hpp"
 
 namespace calor {

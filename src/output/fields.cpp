@@ -1,0 +1,110 @@
+// Fields for ParaView at the times of [output], and the end of a run for a run that starts from it.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "output/files.hpp"
+#include "output/observer.hpp"
+#include "output/vtu.hpp"
+#include "output/weld.hpp"
+
+namespace calor {
+namespace {
+
+/// Temperature, heat flux and properties of the owned points; for a body of several materials also how much of each
+/// there is, and of a weld its peaks and cooling times.
+class Fields : public Observer {
+ public:
+  explicit Fields(const RunSetup& run) : run_(run) {
+    const Table output = run.description.section("output");
+    is_written_ = !run.folder.empty() && output.flag("fields");
+    if (run.is_steady()) return;
+    end_ = run.description.section("time").number("end");
+    if (output.has("times")) times_ = output.numbers("times");
+    if (output.has("every"))
+      for (long n = 1; n * output.number("every") < end_; ++n) times_.push_back(n * output.number("every"));
+  }
+
+  std::vector<double> times() const override { return times_; }
+  void begin() override {
+    if (is_written_) writer_ = std::make_unique<FieldWriter>(run_.system.cloud(), run_.folder);
+  }
+  void at_stop(const Moment& m) override {
+    // What differs by round-off alone is one time.
+    const double t = m.state().t;
+    const auto is_now = [&](double output_time) { return std::abs(t - output_time) <= 1e-12 * end_; };
+    if (writer_ && (t == 0 || m.is_last || m.interrupted_by || std::ranges::any_of(times_, is_now)))
+      run_.phases.measure("output", [&] { write(m); });
+  }
+
+ private:
+  void write(const Moment& m);
+
+  const RunSetup& run_;
+  bool is_written_;
+  double end_ = 0;
+  std::vector<double> times_;
+  std::unique_ptr<FieldWriter> writer_;
+};
+
+void Fields::write(const Moment& m) {
+  HeatSystem& system = run_.system;
+  const MaterialField& material = system.material();
+  const double t = m.state().t;
+  const std::span<const double> T = m.temperatures();
+  std::vector<Vec3> q(T.size());
+  system.heat_flux(t, m.u(), q);
+  const std::vector<std::string> ingredients = material.ingredients();
+  std::vector<double> k(T.size()), rho_c(T.size());
+  std::vector<std::vector<double>> fractions(ingredients.size() > 1 ? ingredients.size() : 0, k);
+  collective_try(run_.comm(), [&] {
+    material.conductivity(t, T, k, {});
+    material.enthalpy(T, {}, rho_c);
+    for (std::size_t n = 0; n < fractions.size(); ++n) material.volume_fraction(ingredients[n], fractions[n]);
+  });
+  std::vector<Field> fields{{"temperature [K]", 1, T},
+                            {"heat flux [W/m^2]", 3, std::span(&q.data()->x, 3 * q.size())},
+                            {"conductivity [W/(m K)]", 1, k},
+                            {"volumetric heat capacity [J/(m^3 K)]", 1, rho_c}};
+  for (std::size_t n = 0; n < fractions.size(); ++n)
+    fields.push_back({"volume fraction of " + ingredients[n], 1, fractions[n]});
+  if (const WeldResults* weld = run_.weld.get()) {
+    fields.push_back({"peak temperature [K]", 1, weld->points().peak()});
+    if (weld->has_cooling()) fields.push_back({"cooling time [s]", 1, weld->points().cooling()});
+  }
+  writer_->write(t, fields);
+}
+
+/// final.csv: id,x [m],y [m],z [m],T [K] with all digits.
+class FinalState : public Observer {
+ public:
+  explicit FinalState(const RunSetup& run) : run_(run) {}
+
+  void finish(const Moment& m, RunResult&) override {
+    const Cloud& cloud = run_.system.cloud();
+    const std::span<const double> T = m.temperatures();
+    run_.phases.measure("output", [&] {
+      write_in_turns(cloud.comm, run_.folder + "/final.csv", "id,x [m],y [m],z [m],T [K]", [&](std::FILE* file) {
+        for (int i = 0; i < cloud.owned; ++i) {
+          const Vec3& x = cloud.x[i];
+          fmt::print(file, "{},{},{},{},{}\n", cloud.id[i], x.x, x.y, x.z, T[i]);
+        }
+      });
+    });
+  }
+
+ private:
+  const RunSetup& run_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_fields(const RunSetup& run) { return std::make_unique<Fields>(run); }
+
+std::unique_ptr<Observer> make_final_state(const RunSetup& run) {
+  return run.folder.empty() ? nullptr : std::make_unique<FinalState>(run);
+}
+
+}  // namespace calor

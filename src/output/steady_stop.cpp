@@ -1,0 +1,40 @@
+// Ends a run that has become steady: [time] steady_below.
+#include <algorithm>
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "output/observer.hpp"
+
+namespace calor {
+namespace {
+
+class SteadyStop : public Observer {
+ public:
+  SteadyStop(MPI_Comm comm, double limit, const State& start)
+      : comm_(comm), limit_(limit), t_before_(start.t), T_before_(start.T) {}
+
+  bool after_step(const Moment& m) override {
+    const State& s = m.state();
+    double change = 0;
+    for (std::size_t i = 0; i < s.E.size(); ++i) change = std::max(change, std::abs(s.T[i] - T_before_[i]));
+    const bool is_steady = max(comm_, change) < limit_ * (s.t - t_before_);
+    T_before_ = s.T, t_before_ = s.t;
+    return !is_steady;
+  }
+
+ private:
+  MPI_Comm comm_;
+  double limit_;  ///< K/s
+  double t_before_;
+  std::vector<double> T_before_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_steady_stop(const RunSetup& run) {
+  const Table time = run.description.section("time");
+  if (run.is_steady() || !time.has("steady_below")) return nullptr;
+  return std::make_unique<SteadyStop>(run.comm(), time.number("steady_below"), run.start);
+}
+
+}  // namespace calor
