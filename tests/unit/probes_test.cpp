@@ -10,6 +10,7 @@
 #include "case_models.hpp"
 #include "conduction/mlpg.hpp"
 #include "method_clouds.hpp"
+#include "output/observer.hpp"
 #include "results.hpp"
 
 namespace calor {
@@ -185,13 +186,28 @@ TEST(ProbesParallel, GiveTheSameBitsOnAnyNumberOfRanks) {
 
 TEST(ProbesParallel, WriteTheirLog) {
   const TemporaryFolder folder(MPI_COMM_WORLD);
-  const Cloud cloud = box_cloud({9, 8}, 0.125, {.comm = MPI_COMM_WORLD});
-  const Probes probes(cloud, {"left", "right"}, {{0, 0.2}, {0.9, 0.1}});
-  ProbeLog log(MPI_COMM_WORLD, probes, folder.path());
-  std::vector<double> T(cloud.owned);
+  const CaseModel m(
+      box_case({"1 m", "0.875 m"}, {9, 8}) +
+          "[material.m]\nlibrary = \"copper\"\n[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n",
+      MPI_COMM_WORLD);
+  const Probes probes(m.cloud(), {"left", "right"}, {{0, 0.2}, {0.9, 0.1}});
+  State state = m.start();
+  const State start = state;
+  Phases phases;
+  const RunSetup run{.description = m.description(),
+                     .system = m.system(),
+                     .probes = probes,
+                     .weld = nullptr,
+                     .start_E = start.E,
+                     .start = start,
+                     .folder = folder.path(),
+                     .phases = phases};
+  const auto log = make_probe_log(run);
+  log->begin();
   for (const double t : {0., 0.1, 1. / 3}) {
-    for (int i = 0; i < cloud.owned; ++i) T[i] = 300 + cloud.x[i].x + t;
-    log.record(t, T);
+    for (int i = 0; i < m.cloud().owned; ++i) state.T[i] = 300 + m.cloud().x[i].x + t;
+    state.t = t;
+    log->record(Moment(m.system(), state));
     const CsvTable table = read_csv(folder / "probes.csv");  // already complete
     EXPECT_EQ(table.header, (std::vector<std::string>{"time [s]", "left [K]", "right [K]"}));
     ASSERT_EQ(table.rows.back().size(), 3u);
