@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Every room of src/ includes only from itself and from the rooms before it, in the order that docs/architecture.md
 gives, and no file includes itself over others; so there is no cycle of rooms either. Only rooms that show results log.
+The pages of docs/ name no file that is not there.
 
   include_order.py [ROOT]
 """
@@ -44,6 +45,15 @@ def cycle(graph):
     return next(filter(None, map(visit, graph)), [])
 
 
+def paths_without_file():
+    """What the pages name and the tree does not have."""
+    for page in [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]:
+        for number, line in enumerate(page.read_text().splitlines(), 1):
+            for path in re.findall(r"`((?:src|tests|bench|cases|docs)/[\w./-]+)`", line):
+                if not (ROOT / path).exists():
+                    yield f"{page.relative_to(ROOT)}:{number}: there is no {path}"
+
+
 def main():
     rooms, source = rooms_in_order(), ROOT / "src"
     files = {str(path.relative_to(source)): path for path in sorted(source.rglob("*.[ch]pp"))}
@@ -67,9 +77,10 @@ def main():
                 faults.append(f"src/{file}:{line}: {room} lies below {above} and must not include {other}")
     if ring := cycle(graph):
         faults.append("files that include one another: " + " -> ".join(ring))
+    faults += paths_without_file()
     for fault in faults:
         print(fault)
-    print(f"{len(files)} files in {len(rooms)} rooms, {len(faults)} wrong includes")
+    print(f"{len(files)} files in {len(rooms)} rooms, {len(faults)} faults")
     return 1 if faults else 0
 
 
