@@ -21,6 +21,9 @@ foreach(ranks 2 3 4)
            COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} $<TARGET_FILE:unit_tests>
                    --gtest_filter=*Parallel.*)
 endforeach()
+foreach(ranks 2 3)
+  add_test(NAME cases_on_${ranks}_ranks COMMAND ${python} ${tests}/ranks/run.py $<TARGET_FILE:calor> ${ranks})
+endforeach()
 add_test(NAME bad_cases COMMAND ${python} ${tests}/bad_cases/run.py $<TARGET_FILE:calor>)
 add_test(NAME contract COMMAND ${python} ${tests}/contract/run.py $<TARGET_FILE:calor>)
 add_test(NAME verify COMMAND calor verify cases WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
@@ -29,7 +32,8 @@ add_test(NAME include_order COMMAND ${python} ${tests}/architecture/include_orde
 add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
 
 # Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
-set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks)
+# Ranks that disagree on where they are say so.
+set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_2_ranks cases_on_3_ranks)
 set_tests_properties(${with_ranks} bad_cases contract verify embedding PROPERTIES ENVIRONMENT
-  "OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
+  "CALOR_CHECK_COLLECTIVES=1;OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
 set_tests_properties(${with_ranks} PROPERTIES PROCESSORS 2)

@@ -46,11 +46,23 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
   PetscCall(PetscPopSignalHandler());
   petsc::collect_errors();
   int code = 0;
+  double patience = 1e9;  // s
+  std::string message;
   try {
     code = verb(PETSC_COMM_WORLD);
   } catch (const Error& e) {
-    if (rank_of(PETSC_COMM_WORLD) == 0) fmt::print(stderr, "{}\n", e.what());
-    code = static_cast<int>(e.fault());
+    code = static_cast<int>(e.fault()), message = e.what(), patience = 60;
+  } catch (const CollectiveMismatch& e) {
+    code = static_cast<int>(Fault::numbers), message = e.what();
+  } catch (const std::exception& e) {  // such as too little memory, on this rank alone
+    fmt::print(stderr, "calor: {}\n", e.what());
+    MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(Fault::numbers));
+  }
+  if (!message.empty() && rank_of(PETSC_COMM_WORLD) == 0) fmt::print(stderr, "{}\n", message);
+  // Errors are everyone's. If this one were not, the other ranks would wait for this one for ever.
+  if (!all_arrive(PETSC_COMM_WORLD, patience)) {
+    fmt::print(stderr, "on rank {} alone: {}\n", rank_of(PETSC_COMM_WORLD), message);
+    MPI_Abort(PETSC_COMM_WORLD, code);
   }
   PetscCall(PetscFinalize());
   return code;
@@ -59,6 +71,7 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  end_with_launcher();
   spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
   spdlog::set_pattern("%v");
   spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only

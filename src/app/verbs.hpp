@@ -19,8 +19,11 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
 /// Writes a commented starter case to NAME.toml. Never overwrites.
 int new_case(const std::string& name);
 
-/// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT and SIGTERM end the run after the current
-/// step. Returns the exit code; throws Error(command) where there is no mpiexec.
+/// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT, SIGTERM and SIGHUP end the run after the
+/// current step; a second one ends it at once, as does, after SIGTERM and SIGHUP, half a minute. When this process is
+/// killed, mpiexec and the ranks end too. Returns the exit code; throws Error(command) where there is no mpiexec.
 int launch(int ranks, const std::vector<std::string>& arguments);
+/// Lets a rank started by launch() end together with its mpiexec, however that ends.
+void end_with_launcher();
 
 }  // namespace calor

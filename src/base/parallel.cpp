@@ -1,11 +1,18 @@
 #include "base/parallel.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <numeric>
 #include <optional>
+#include <string_view>
+#include <thread>
 
 #include "base/error.hpp"
 
@@ -105,7 +112,8 @@ double BinnedSum::total() const {
 
 /// Sums of `columns` sequences of n numbers; fill(column, begin, count, out) writes a stretch of one of them.
 template <class Fill>
-std::vector<double> reproducible_sums(MPI_Comm comm, std::size_t n, int columns, const Fill& fill) {
+std::vector<double> reproducible_sums(MPI_Comm comm, std::size_t n, int columns, const Fill& fill, CallSite at) {
+  check_collective(comm, at);
   std::vector<BinnedSum> binned(columns);
   alignas(Lanes) std::array<double, block> x;
   for (std::size_t begin = 0; begin < n; begin += block) {
@@ -140,9 +148,56 @@ std::vector<double> reproducible_sums(MPI_Comm comm, std::size_t n, int columns,
 }
 
 template <class T>
-T reduced(MPI_Comm comm, T value, MPI_Datatype type, MPI_Op op) {
+T reduced(MPI_Comm comm, T value, MPI_Datatype type, MPI_Op op, CallSite at) {
+  check_collective(comm, at);
   MPI_Allreduce(MPI_IN_PLACE, &value, 1, type, op, comm);
   return value;
+}
+
+template <class T>
+void reduce_all(MPI_Comm comm, std::span<T> values, MPI_Datatype type, MPI_Op op, CallSite at) {
+  check_collective(comm, at);
+  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), type, op, comm);
+}
+
+/// A contiguous MPI datatype of so many bytes.
+class RecordType {
+ public:
+  explicit RecordType(std::size_t size) {
+    MPI_Type_contiguous(static_cast<int>(size), MPI_BYTE, &type_);
+    MPI_Type_commit(&type_);
+  }
+  ~RecordType() { MPI_Type_free(&type_); }
+  RecordType(const RecordType&) = delete;
+  RecordType& operator=(const RecordType&) = delete;
+  operator MPI_Datatype() const { return type_; }
+
+ private:
+  MPI_Datatype type_;
+};
+
+/// Where every rank's records begin, and where the last ones end.
+std::vector<int> starts_of(const std::vector<int>& counts) {
+  std::vector<int> start(counts.size() + 1, 0);
+  std::partial_sum(counts.begin(), counts.end(), start.begin() + 1);
+  return start;
+}
+
+std::string text_of(const CallSite& at) {
+  const std::string_view file = at.file;
+  return fmt::format("{}:{} ({})", file.substr(file.rfind('/') + 1), at.line, at.function);
+}
+
+[[noreturn]] void refuse_mismatch(MPI_Comm comm, const CallSite& at) {
+  constexpr std::size_t longest = 160;
+  const int ranks = size_of(comm);
+  std::string mine = text_of(at);
+  mine.resize(longest, '\0');
+  std::string all(longest * ranks, '\0');
+  MPI_Allgather(mine.data(), longest, MPI_CHAR, all.data(), longest, MPI_CHAR, comm);
+  std::string text = "not all ranks call the same collective function:";
+  for (int r = 0; r < ranks; ++r) text += fmt::format("\n  rank {}: {}", r, all.substr(r * longest, longest).c_str());
+  throw CollectiveMismatch(text);
 }
 
 void broadcast(MPI_Comm comm, int root, std::string& text) {
@@ -153,6 +208,16 @@ void broadcast(MPI_Comm comm, int root, std::string& text) {
 }
 
 }  // namespace
+
+void check_collective(MPI_Comm comm, CallSite at) {
+  static const bool is_asked_for = std::getenv("CALOR_CHECK_COLLECTIVES") != nullptr;
+  if (!is_asked_for || size_of(comm) == 1) return;
+  std::int64_t place = at.line;
+  for (const char* c = at.file; *c; ++c) place = (place * 131 + *c) % 1'000'000'007;
+  std::array<std::int64_t, 2> range{place, -place};
+  MPI_Allreduce(MPI_IN_PLACE, range.data(), 2, MPI_INT64_T, MPI_MIN, comm);
+  if (range[0] != -range[1]) refuse_mismatch(comm, at);
+}
 
 int rank_of(MPI_Comm comm) {
   int rank = 0;
@@ -166,45 +231,61 @@ int size_of(MPI_Comm comm) {
   return size;
 }
 
-double sum(MPI_Comm comm, std::span<const double> values) { return sums(comm, values, 1)[0]; }
+double sum(MPI_Comm comm, std::span<const double> values, CallSite at) { return sums(comm, values, 1, at)[0]; }
 
-std::vector<double> sums(MPI_Comm comm, std::span<const double> values, int columns) {
+std::vector<double> sums(MPI_Comm comm, std::span<const double> values, int columns, CallSite at) {
   if (columns == 0) return {};
-  return reproducible_sums(comm, values.size() / columns, columns,
-                           [&](int column, std::size_t begin, std::size_t count, double* out) {
-                             const double* in = values.data() + begin * columns + column;
-                             for (std::size_t i = 0; i < count; ++i) out[i] = in[i * columns];
-                           });
+  const auto fill = [&](int column, std::size_t begin, std::size_t count, double* out) {
+    const double* in = values.data() + begin * columns + column;
+    for (std::size_t i = 0; i < count; ++i) out[i] = in[i * columns];
+  };
+  return reproducible_sums(comm, values.size() / columns, columns, fill, at);
 }
 
-double dot(MPI_Comm comm, std::span<const double> a, std::span<const double> b) {
-  return reproducible_sums(comm, a.size(), 1, [&](int, std::size_t begin, std::size_t count, double* out) {
+double dot(MPI_Comm comm, std::span<const double> a, std::span<const double> b, CallSite at) {
+  const auto fill = [&](int, std::size_t begin, std::size_t count, double* out) {
     for (std::size_t i = 0; i < count; ++i) out[i] = a[begin + i] * b[begin + i];
-  })[0];
+  };
+  return reproducible_sums(comm, a.size(), 1, fill, at)[0];
 }
 
-double max(MPI_Comm comm, double value) { return reduced(comm, value, MPI_DOUBLE, MPI_MAX); }
-double min(MPI_Comm comm, double value) { return reduced(comm, value, MPI_DOUBLE, MPI_MIN); }
-std::int64_t total(MPI_Comm comm, std::int64_t value) { return reduced(comm, value, MPI_INT64_T, MPI_SUM); }
-bool any(MPI_Comm comm, bool value) { return reduced(comm, static_cast<int>(value), MPI_INT, MPI_MAX) != 0; }
+double max(MPI_Comm comm, double value, CallSite at) { return reduced(comm, value, MPI_DOUBLE, MPI_MAX, at); }
+double min(MPI_Comm comm, double value, CallSite at) { return reduced(comm, value, MPI_DOUBLE, MPI_MIN, at); }
+std::int64_t total(MPI_Comm comm, std::int64_t value, CallSite at) {
+  return reduced(comm, value, MPI_INT64_T, MPI_SUM, at);
+}
+bool any(MPI_Comm comm, bool value, CallSite at) {
+  return reduced(comm, static_cast<int>(value), MPI_INT, MPI_MAX, at) != 0;
+}
+std::uint32_t any_bit(MPI_Comm comm, std::uint32_t bits, CallSite at) {
+  return reduced(comm, bits, MPI_UINT32_T, MPI_BOR, at);
+}
+void add_up(MPI_Comm comm, std::span<std::int64_t> values, CallSite at) {
+  reduce_all(comm, values, MPI_INT64_T, MPI_SUM, at);
+}
+void add_up(MPI_Comm comm, std::span<double> values, CallSite at) { reduce_all(comm, values, MPI_DOUBLE, MPI_SUM, at); }
+void lowest(MPI_Comm comm, std::span<double> values, CallSite at) { reduce_all(comm, values, MPI_DOUBLE, MPI_MIN, at); }
 
-std::int64_t offset(MPI_Comm comm, std::int64_t value) {
+std::int64_t offset(MPI_Comm comm, std::int64_t value, CallSite at) {
+  check_collective(comm, at);
   std::int64_t before = 0;
   MPI_Exscan(&value, &before, 1, MPI_INT64_T, MPI_SUM, comm);
   return rank_of(comm) == 0 ? 0 : before;  // MPI leaves it undefined on the first rank
 }
 
-void collective_try(MPI_Comm comm, const std::function<void()>& work) {
+void collective_try(MPI_Comm comm, const std::function<void()>& work, CallSite at) {
   std::optional<Error> error;
   try {
     work();
+  } catch (const CollectiveMismatch&) {
+    throw;  // on all ranks
   } catch (const Error& e) {
     error = e;
   } catch (const std::exception& e) {
     error = Error(Fault::numbers, e.what(), "");
   }
   const int none = size_of(comm);
-  const int root = reduced(comm, error ? rank_of(comm) : none, MPI_INT, MPI_MIN);
+  const int root = reduced(comm, error ? rank_of(comm) : none, MPI_INT, MPI_MIN, at);
   if (root == none) return;
 
   std::array<int, 3> numbers{};
@@ -217,5 +298,54 @@ void collective_try(MPI_Comm comm, const std::function<void()>& work) {
   for (std::string& text : texts) broadcast(comm, root, text);
   throw Error(static_cast<Fault>(numbers[0]), SourceLocation{texts[0], numbers[1], numbers[2]}, texts[1], texts[2]);
 }
+
+int in_turns(MPI_Comm comm, int start, const std::function<int(int)>& work, CallSite at) {
+  check_collective(comm, at);
+  constexpr int tag = 1;
+  const int rank = rank_of(comm), last = size_of(comm) - 1;
+  int passed = start;
+  if (rank > 0) MPI_Recv(&passed, 1, MPI_INT, rank - 1, tag, comm, MPI_STATUS_IGNORE);
+  passed = work(passed);
+  if (rank < last) MPI_Send(&passed, 1, MPI_INT, rank + 1, tag, comm);
+  return passed;
+}
+
+bool all_arrive(MPI_Comm comm, double seconds, CallSite at) {
+  using namespace std::chrono;
+  check_collective(comm, at);
+  const auto end = steady_clock::now() + duration<double>(seconds);
+  MPI_Request request = MPI_REQUEST_NULL;
+  MPI_Ibarrier(comm, &request);
+  int is_done = 0;
+  for (MPI_Test(&request, &is_done, MPI_STATUS_IGNORE); !is_done && steady_clock::now() < end;
+       MPI_Test(&request, &is_done, MPI_STATUS_IGNORE))
+    std::this_thread::sleep_for(milliseconds(1));
+  return is_done != 0;
+}
+
+namespace detail {
+
+void gather(MPI_Comm comm, const void* mine, std::size_t count, std::size_t record_size, const Room& room,
+            CallSite at) {
+  check_collective(comm, at);
+  std::vector<int> counts(size_of(comm));
+  const int my_count = static_cast<int>(count);
+  MPI_Allgather(&my_count, 1, MPI_INT, counts.data(), 1, MPI_INT, comm);
+  const std::vector<int> start = starts_of(counts);
+  const RecordType record(record_size);
+  MPI_Allgatherv(mine, my_count, record, room(start.back()), counts.data(), start.data(), record, comm);
+}
+
+void exchange(MPI_Comm comm, const void* packed, const std::vector<int>& counts, std::size_t record_size,
+              const Room& room, CallSite at) {
+  check_collective(comm, at);
+  std::vector<int> arriving(counts.size());
+  MPI_Alltoall(counts.data(), 1, MPI_INT, arriving.data(), 1, MPI_INT, comm);
+  const std::vector<int> from = starts_of(counts), to = starts_of(arriving);
+  const RecordType record(record_size);
+  MPI_Alltoallv(packed, counts.data(), from.data(), record, room(to.back()), arriving.data(), to.data(), record, comm);
+}
+
+}  // namespace detail
 
 }  // namespace calor

@@ -21,6 +21,11 @@ PetscErrorCode collect(MPI_Comm, int, const char*, const char*, PetscErrorCode c
   return code;
 }
 
+template <class Object>
+MPI_Comm comm_of(Object object) {
+  return PetscObjectComm(reinterpret_cast<PetscObject>(object));
+}
+
 }  // namespace
 
 void collect_errors() { check(PetscPushErrorHandler(collect, nullptr)); }
@@ -74,7 +79,8 @@ Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::spa
   return matrix;
 }
 
-void assemble(Mat matrix) {
+void assemble(Mat matrix, CallSite at) {
+  check_collective(comm_of(matrix), at);
   check(MatAssemblyBegin(matrix, MAT_FINAL_ASSEMBLY));
   check(MatAssemblyEnd(matrix, MAT_FINAL_ASSEMBLY));
 }
@@ -89,16 +95,22 @@ void RowAdder::add(std::int64_t row, std::span<const std::int32_t> columns, std:
                      ADD_VALUES));
 }
 
-void factorise(KSP solver, bool symmetric) {
+void factorise(KSP solver, std::int64_t rows, bool symmetric) {
+  constexpr std::int64_t few = 5'000;
   PC preconditioner = nullptr;
   check(KSPGetPC(solver, &preconditioner));
   check(KSPSetType(solver, KSPPREONLY));
+  const bool alone = size_of(comm_of(solver)) == 1;
+  if (!alone && rows <= few) {
+    check(PCSetType(preconditioner, PCREDUNDANT));  // with LU inside
+    return;
+  }
   check(PCSetType(preconditioner, symmetric ? PCCHOLESKY : PCLU));
-  const bool alone = size_of(PetscObjectComm(reinterpret_cast<PetscObject>(solver))) == 1;
   check(PCFactorSetMatSolverType(preconditioner, alone ? MATSOLVERPETSC : MATSOLVERMUMPS));
 }
 
-bool solve(KSP solver, Vec b, Vec x) {
+bool solve(KSP solver, Vec b, Vec x, CallSite at) {
+  check_collective(comm_of(solver), at);
   check(KSPSolve(solver, b, x));
   KSPConvergedReason reason = KSP_CONVERGED_ITERATING;
   check(KSPGetConvergedReason(solver, &reason));

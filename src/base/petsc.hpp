@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/parallel.hpp"
+
 namespace calor::petsc {
 
 /// From now on PETSc's messages wait for check() and are not printed.
@@ -100,7 +102,8 @@ Vector create_vector(Mat matrix);
 /// Square AIJ matrix: rows as `diagonal` is long, with at most so many entries in columns of this rank and of others.
 /// Collective.
 Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal);
-void assemble(Mat matrix);  ///< Collective.
+/// Collective.
+void assemble(Mat matrix, CallSite at = CallSite::current());
 
 /// Adds rows to a matrix. Columns are local indices; `number` has their place in the matrix, -1 for those that are left
 /// out, and must outlive this.
@@ -117,9 +120,10 @@ class RowAdder {
   std::vector<double> scaled_;
 };
 
-/// Factorises in place of iterating: Cholesky where the matrix is symmetric. Nothing else is set up yet.
-void factorise(KSP solver, bool symmetric);
+/// Makes a new solver factorise in place of iterating: Cholesky where the matrix is symmetric. On several ranks few
+/// rows are factorised by every rank for itself, as messages would take much longer than that; many by MUMPS.
+void factorise(KSP solver, std::int64_t rows, bool symmetric);
 /// x = matrix^-1 b; false where that fails. b and x may be one vector. Collective.
-bool solve(KSP solver, Vec b, Vec x);
+bool solve(KSP solver, Vec b, Vec x, CallSite at = CallSite::current());
 
 }  // namespace calor::petsc

@@ -103,11 +103,6 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
   return sections;
 }
 
-/// Adds up counts of all ranks, in place.
-void add_up(MPI_Comm comm, std::vector<std::int64_t>& counts) {
-  MPI_Allreduce(MPI_IN_PLACE, counts.data(), static_cast<int>(counts.size()), MPI_INT64_T, MPI_SUM, comm);
-}
-
 /// Owned points that a prescribed section holds. Without boundary areas nobody knows where the walls are: a formula
 /// then selects among all points. A cell-centred cloud has none.
 std::vector<int> selected_points(const BoundarySection& s, const Cloud& cloud) {

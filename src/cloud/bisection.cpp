@@ -38,7 +38,7 @@ std::vector<double> extents(MPI_Comm comm, std::size_t groups, std::span<const i
     out[0] = std::min(out[0], v);
     out[1] = std::min(out[1], -v);
   }
-  MPI_Allreduce(MPI_IN_PLACE, e.data(), static_cast<int>(e.size()), MPI_DOUBLE, MPI_MIN, comm);
+  lowest(comm, e);
   return e;
 }
 
@@ -83,7 +83,7 @@ void halve(MPI_Comm comm, std::span<const Point> points, std::vector<int>& group
     };
     std::vector<std::int64_t> count(bins * groups.size(), 0);
     for (std::int32_t i : open) ++count[bins * group[i] + bin(i)];
-    MPI_Allreduce(MPI_IN_PLACE, count.data(), static_cast<int>(count.size()), MPI_INT64_T, MPI_SUM, comm);
+    add_up(comm, count);
 
     std::vector<int> cut(groups.size(), 0);  // the bin that holds the last point that goes below
     std::vector<char> next_key(groups.size(), 0);

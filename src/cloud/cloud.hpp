@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "base/parallel.hpp"
 #include "base/vec3.hpp"
 
 struct _p_PetscSF;  // NOLINT(bugprone-reserved-identifier): PETSc's name
@@ -26,10 +27,10 @@ class Halo {
   Halo(MPI_Comm comm, int owned, std::span<const std::int64_t> ghost_global);
 
   /// values.size() == owned + ghosts; overwrites the ghosts. Collective.
-  void update(std::span<double> values) const;
-  void update(std::span<Vec3> values) const;
+  void update(std::span<double> values, CallSite at = CallSite::current()) const;
+  void update(std::span<Vec3> values, CallSite at = CallSite::current()) const;
   /// Sets every point and its ghosts to the largest value that any rank has for it. Collective.
-  void raise(std::span<double> values) const;
+  void raise(std::span<double> values, CallSite at = CallSite::current()) const;
 
  private:
   int owned_ = 0;

@@ -70,14 +70,10 @@ Columns find_columns(CsvReader& csv) {
 
 /// Words of all ranks, sorted, each once. Collective.
 std::vector<std::string> gather_words(MPI_Comm comm, const std::set<std::string>& words) {
-  std::string mine;
-  for (const std::string& w : words) mine += w + '\n';
-  const int length = static_cast<int>(mine.size());
-  std::vector<int> lengths(size_of(comm)), at(size_of(comm) + 1, 0);
-  MPI_Allgather(&length, 1, MPI_INT, lengths.data(), 1, MPI_INT, comm);
-  for (std::size_t r = 0; r < lengths.size(); ++r) at[r + 1] = at[r] + lengths[r];
-  std::string all(at.back(), ' ');
-  MPI_Allgatherv(mine.data(), length, MPI_CHAR, all.data(), lengths.data(), at.data(), MPI_CHAR, comm);
+  std::vector<char> mine;
+  for (const std::string& w : words) mine.insert(mine.end(), w.begin(), w.end()), mine.push_back('\n');
+  const std::vector<char> gathered = gather(comm, mine);
+  const std::string all(gathered.begin(), gathered.end());
   std::set<std::string> merged;
   for (std::size_t begin = 0, end = 0; begin < all.size(); begin = end + 1) {
     end = all.find('\n', begin);

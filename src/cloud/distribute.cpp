@@ -8,7 +8,6 @@
 #include "base/parallel.hpp"
 #include "cloud/bisection.hpp"
 #include "cloud/cells.hpp"
-#include "cloud/exchange.hpp"
 #include "cloud/points.hpp"
 #include "cloud/search.hpp"
 
@@ -136,10 +135,9 @@ struct Block {
 void add_ghosts(Cloud& cloud) {
   const int ranks = size_of(cloud.comm), rank = rank_of(cloud.comm);
   if (ranks == 1) return;
-  std::vector<Block> blocks(ranks);
   Block mine{.box = bounds_of(cloud.owned_points())};
   for (double d : cloud.spacing) mine.spacing = std::max(mine.spacing, d);
-  MPI_Allgather(&mine, 7, MPI_DOUBLE, blocks.data(), 7, MPI_DOUBLE, cloud.comm);
+  const std::vector<Block> blocks = gather(cloud.comm, std::vector{mine});
   // Rounding must not lose a point at exactly the support.
   const auto reach = [&](double d_i, double d_j) {
     return std::min(cloud.halo_width, cloud.halo_support.radius(0.5 * (d_i + d_j))) * (1 + 1e-9);

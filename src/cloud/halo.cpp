@@ -10,7 +10,10 @@
 namespace calor {
 namespace {
 
-void broadcast(PetscSF forest, MPI_Datatype unit, const void* owned, void* ghosts) {
+MPI_Comm comm_of(PetscSF forest) { return PetscObjectComm(reinterpret_cast<PetscObject>(forest)); }
+
+void broadcast(PetscSF forest, MPI_Datatype unit, const void* owned, void* ghosts, CallSite at) {
+  check_collective(comm_of(forest), at);
   petsc::check(PetscSFBcastBegin(forest, unit, owned, ghosts, MPI_REPLACE));
   petsc::check(PetscSFBcastEnd(forest, unit, owned, ghosts, MPI_REPLACE));
 }
@@ -18,11 +21,8 @@ void broadcast(PetscSF forest, MPI_Datatype unit, const void* owned, void* ghost
 }  // namespace
 
 Halo::Halo(MPI_Comm comm, int owned, std::span<const std::int64_t> ghost_global) : owned_(owned) {
-  const int ranks = size_of(comm);
-  if (ranks == 1) return;
-  std::vector<std::int64_t> first(ranks);
-  const std::int64_t mine = offset(comm, owned);
-  MPI_Allgather(&mine, 1, MPI_INT64_T, first.data(), 1, MPI_INT64_T, comm);
+  if (size_of(comm) == 1) return;
+  const std::vector<std::int64_t> first = gather(comm, std::vector{offset(comm, owned)});
   std::vector<PetscSFNode> owner(ghost_global.size());
   for (std::size_t n = 0; n < owner.size(); ++n) {
     const auto next = std::ranges::upper_bound(first, ghost_global[n]);
@@ -39,24 +39,25 @@ Halo::Halo(MPI_Comm comm, int owned, std::span<const std::int64_t> ghost_global)
   petsc::check(PetscSFSetUp(forest));
 }
 
-void Halo::update(std::span<double> values) const {
-  if (forest_) broadcast(forest_.get(), MPIU_REAL, values.data(), values.data() + owned_);
+void Halo::update(std::span<double> values, CallSite at) const {
+  if (forest_) broadcast(forest_.get(), MPIU_REAL, values.data(), values.data() + owned_, at);
 }
 
-void Halo::update(std::span<Vec3> values) const {
+void Halo::update(std::span<Vec3> values, CallSite at) const {
   if (!forest_) return;
   MPI_Datatype vector = MPI_DATATYPE_NULL;
   MPI_Type_contiguous(3, MPI_DOUBLE, &vector);
   MPI_Type_commit(&vector);
-  broadcast(forest_.get(), vector, values.data(), values.data() + owned_);
+  broadcast(forest_.get(), vector, values.data(), values.data() + owned_, at);
   MPI_Type_free(&vector);
 }
 
-void Halo::raise(std::span<double> values) const {
+void Halo::raise(std::span<double> values, CallSite at) const {
   if (!forest_) return;
+  check_collective(comm_of(forest_.get()), at);
   petsc::check(PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
   petsc::check(PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
-  update(values);
+  update(values, at);
 }
 
 }  // namespace calor

@@ -45,8 +45,7 @@ std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) 
   std::uint32_t faces = 0;
   for (std::size_t p = 0; p < cloud.facets.size(); ++p)
     if (!neighbours.mirrored[p]) faces |= 1u << cloud.facets[p].face;
-  MPI_Allreduce(MPI_IN_PLACE, &faces, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
-  return faces;
+  return any_bit(cloud.comm, faces);
 }
 
 /// 2^-n for a pair that lies in n faces together.

@@ -66,7 +66,7 @@ Dofs::Dofs(const Cloud& cloud, const SparseRows& phi, ShapeFunctions shapes)
 
 void Dofs::factorise() {
   is_direct_ = true;
-  petsc::factorise(solver_, false);
+  petsc::factorise(solver_, cloud_.count, false);
 }
 
 bool Dofs::solve_linear() {

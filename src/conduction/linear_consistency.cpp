@@ -26,7 +26,7 @@ std::span<double> numbers(std::span<Vec3> v) { return {reinterpret_cast<double*>
 std::array<bool, 3> held_axes(const Cloud& cloud, const Neighbours& neighbours) {
   std::uint32_t walls = 0;
   for (const std::uint8_t set : neighbours.image) walls |= set;
-  MPI_Allreduce(MPI_IN_PLACE, &walls, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
+  walls = any_bit(cloud.comm, walls);
   return {(walls & 0b11) != 0, (walls & 0b1100) != 0, (walls & 0b110000) != 0};
 }
 

@@ -121,7 +121,7 @@ MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& s
   std::uint32_t faces = 0;
   for (std::size_t p = 0; p < facets.size(); ++p)
     if (facets[p]) faces |= 1u << cloud.facets[p].face;
-  MPI_Allreduce(MPI_IN_PLACE, &faces, 1, MPI_UINT32_T, MPI_BOR, cloud.comm);
+  faces = any_bit(cloud.comm, faces);
 
   MirroredNeighbours out{find_neighbours(cloud, support, faces)};
   Neighbours& all = out.neighbours;

@@ -73,7 +73,7 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
   change_ = petsc::create_vector(matrix_), right_ = petsc::create_vector(matrix_);
   petsc::check(KSPCreate(cloud.comm, solver_.out()));
   petsc::check(KSPSetOperators(solver_, matrix_, matrix_));
-  petsc::factorise(solver_, false);
+  petsc::factorise(solver_, total(cloud.comm, count), false);
   petsc::check(KSPSetOptionsPrefix(solver_, "wall_"));
   petsc::check(KSPSetFromOptions(solver_));
 }

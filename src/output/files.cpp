@@ -43,24 +43,22 @@ void replace_file(const std::string& path, const std::string& text) {
 
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,
                     const std::function<void(std::FILE*)>& rows) {
-  const int rank = rank_of(comm), last = size_of(comm) - 1;
-  constexpr int tag = 1;
-  int error = 0;  // travels with the turn: after a rank that failed nobody writes
-  if (rank > 0) MPI_Recv(&error, 1, MPI_INT, rank - 1, tag, comm, MPI_STATUS_IGNORE);
-  const bool is_my_turn = error == 0;
-  if (is_my_turn) {
+  const bool is_first = rank_of(comm) == 0;
+  // The error travels with the turn: after a rank that failed nobody writes.
+  const int error = in_turns(comm, 0, [&](int error) {
+    if (error) return error;
     const auto failed = [&] { error = errno ? errno : EIO; };
-    std::FILE* file = std::fopen(path.c_str(), rank == 0 ? "w" : "a");
+    std::FILE* file = std::fopen(path.c_str(), is_first ? "w" : "a");
     if (!file) failed();
     try {
-      if (file && rank == 0) fmt::print(file, "{}\n", header);
+      if (file && is_first) fmt::print(file, "{}\n", header);
       if (file) rows(file);
-    } catch (const std::exception&) {  // fmt throws where a disk is full; the other ranks wait for their turn
+    } catch (const std::exception&) {  // fmt throws where a disk is full
       failed();
     }
     if (file && std::fclose(file) != 0) failed();
-  }
-  if (rank < last) MPI_Send(&error, 1, MPI_INT, rank + 1, tag, comm);
+    return error;
+  });
   collective_try(comm, [&] {
     if (error) refuse_writing(path, error);
   });

@@ -47,12 +47,7 @@ std::vector<Candidate> nearest_points(const Cloud& cloud, const Vec3& p, int mos
     std::ranges::pop_heap(mine, nearer);
     mine.pop_back();
   }
-  const int ranks = size_of(cloud.comm), bytes = static_cast<int>(mine.size() * sizeof(Candidate));
-  std::vector<int> count(ranks), start(ranks + 1, 0);
-  MPI_Allgather(&bytes, 1, MPI_INT, count.data(), 1, MPI_INT, cloud.comm);
-  for (int r = 0; r < ranks; ++r) start[r + 1] = start[r] + count[r];
-  std::vector<Candidate> all(start[ranks] / sizeof(Candidate));
-  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), count.data(), start.data(), MPI_BYTE, cloud.comm);
+  std::vector<Candidate> all = gather(cloud.comm, mine);
   std::ranges::sort(all, nearer);
   if (static_cast<int>(all.size()) > most) all.resize(most);
   return all;
@@ -63,7 +58,7 @@ std::vector<Candidate> nearest_points(const Cloud& cloud, const Vec3& p, int mos
 /// beyond one that no point around exceeds (not so at an inner edge). Collective.
 bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near) {
   const Candidate& next = near.front();
-  int outside = 0;
+  bool outside = false;
   if (next.rank == rank_of(cloud.comm)) {
     int planes = 0, beyond = 0;
     for (const Facet& facet : cloud.facets) {
@@ -81,12 +76,11 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
       ++planes;
       if (excess <= 0.01 * next.spacing + 0.5 * of_face) continue;
       ++beyond;
-      if (of_any < 0.5 * excess) outside = 1;
+      if (of_any < 0.5 * excess) outside = true;
     }
-    if (planes > 0 && beyond == planes) outside = 1;
+    if (planes > 0 && beyond == planes) outside = true;
   }
-  MPI_Bcast(&outside, 1, MPI_INT, next.rank, cloud.comm);
-  return outside != 0;
+  return any(cloud.comm, outside);
 }
 
 /// Refuses a place outside the body. Collective.
@@ -216,7 +210,7 @@ std::vector<double> Probes::sample(std::span<const double> field) const {
   std::vector<double> products(first_slot_.back(), 0);
   for (const Entry& e : entries_) products[e.slot] = e.weight * field[e.point];
   // Every product comes from one rank, all others add zero: nothing is rounded here.
-  MPI_Allreduce(MPI_IN_PLACE, products.data(), first_slot_.back(), MPI_DOUBLE, MPI_SUM, comm_);
+  add_up(comm_, products);
   std::vector<double> values(names_.size(), 0);
   for (std::size_t p = 0; p < values.size(); ++p)
     for (int s = first_slot_[p]; s < first_slot_[p + 1]; ++s) values[p] += products[s];
@@ -227,7 +221,7 @@ std::vector<double> Probes::temperatures(std::span<const double> T) const {
   if (!value_rows_) return sample(T);
   std::vector<double> values(names_.size(), 0);
   for (std::size_t n = 0; n < own_.size(); ++n) values[own_[n]] = value_rows_->times(n, T);
-  MPI_Allreduce(MPI_IN_PLACE, values.data(), static_cast<int>(values.size()), MPI_DOUBLE, MPI_SUM, comm_);
+  add_up(comm_, values);
   return values;
 }
 

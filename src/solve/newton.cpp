@@ -58,7 +58,7 @@ void Newton::choose_linear_solver(bool steady) {
   const std::int64_t most_rows_for_direct = wide ? 2'000 : cloud.dimension < 3 && alone ? 100'000 : 20'000;
   const KSP solver = linear_solver();
   if (cloud.count <= most_rows_for_direct) {
-    petsc::factorise(solver, symmetric);
+    petsc::factorise(solver, cloud.count, symmetric);
     return;
   }
   PC preconditioner = nullptr;
@@ -75,11 +75,12 @@ void Newton::choose_linear_solver(bool steady) {
 
 Newton::Result Newton::solve(std::span<double> T, int most_iterations) {
   error_ = nullptr;
-  starts_ = true, fails_at_start_ = false, at_round_off_ = false;
+  starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
   last_residual_ = std::numeric_limits<double>::infinity();
   std::ranges::copy(T, T_.begin());
   petsc::copy(T.first(system_.cloud().owned), x_);
   check(SNESSetTolerances(snes_, 0, 0, 0, most_iterations, PETSC_MAX_INT));
+  check_collective(system_.cloud().comm, CallSite::current());
   check(SNESSolve(snes_, nullptr, x_));
 
   Result result;
@@ -132,6 +133,10 @@ PetscErrorCode Newton::residual(SNES, Vec T, Vec R, void* self) {
     auto& newton = *static_cast<Newton*>(self);
     petsc::copy(T, std::span(newton.T_).first(newton.system_.cloud().owned));
     const petsc::View<double> values(R);
+    if (std::exchange(newton.step_failed_, false)) {
+      std::ranges::fill(values.values(), std::numeric_limits<double>::quiet_NaN());
+      return;
+    }
     try {
       newton.equations_.residual(newton.T_, values.values());
     } catch (const Error&) {
@@ -170,7 +175,7 @@ PetscErrorCode Newton::correct_step(SNESLineSearch, Vec T, Vec step, PetscBool* 
       newton.equations_.correct_step(newton.T_, dT);
     } catch (const Error&) {
       newton.error_ = std::current_exception();
-      std::ranges::fill(dT, std::numeric_limits<double>::quiet_NaN());  // the residual will say so
+      newton.step_failed_ = true;  // the residual will say so
     }
     for (double& v : dT) v = -v;
     *changed = PETSC_TRUE;

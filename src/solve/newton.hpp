@@ -66,7 +66,7 @@ class Newton {
   std::vector<double> T_;  ///< local points
   std::vector<double> tolerance_, round_off_;
   double last_residual_ = 0;
-  bool starts_ = true, fails_at_start_ = false, at_round_off_ = false;
+  bool starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
   bool has_jacobian_ = false, jacobian_is_old_ = true, always_renew_ = true;
   std::exception_ptr error_;
   petsc::Matrix J_;

@@ -4,10 +4,12 @@ import json
 import os
 import pathlib
 import pty
+import shutil
 import signal
 import subprocess
 import sys
 import tempfile
+import time
 import unittest
 import xml.etree.ElementTree as xml
 
@@ -182,6 +184,53 @@ class Contract(unittest.TestCase):
 
     def test_an_interrupted_run_on_two_processes_stays_readable(self):
         self.interrupt("-j", "2", number=signal.SIGINT, code=130)
+
+    def ranks_of(self, run):
+        """Process ids of mpiexec and its ranks, once all of them are there."""
+        def children(parent):
+            return [int(p.name) for p in pathlib.Path("/proc").iterdir() if p.name.isdigit() and self.parent(p.name) == parent]
+        while True:
+            self.assertIsNone(run.poll())
+            launchers = children(run.pid)
+            ranks = [rank for launcher in launchers for rank in children(launcher)]
+            if len(ranks) >= 2 and (self.here / "results/plate/energy.csv").exists():
+                return launchers + ranks
+            time.sleep(0.1)
+
+    @staticmethod
+    def parent(pid):
+        try:
+            return int(pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+        except OSError:
+            return None
+
+    def test_nothing_outlives_the_command(self):
+        for signals, stopped in ([signal.SIGKILL], False), ([signal.SIGTERM, signal.SIGTERM], True):
+            with self.subTest(signals=signals):
+                shutil.rmtree(self.here / "results", ignore_errors=True)
+                (self.here / "plate.toml").unlink(missing_ok=True)
+                self.calor("new", "plate")
+                run = subprocess.Popen([CALOR, "run", "plate.toml", *LONG, "-j", "2", "--quiet"], cwd=self.here)
+                all_of_them = self.ranks_of(run)
+                if stopped:  # a rank that answers no more
+                    os.kill(all_of_them[-1], signal.SIGSTOP)
+                for number in signals:
+                    run.send_signal(number)
+                    time.sleep(0.5)
+                run.wait()
+                for _ in range(1200):
+                    alive = [pid for pid in all_of_them if self.state(pid) != "Z"]
+                    if not alive:
+                        break
+                    time.sleep(0.1)
+                self.assertEqual(alive, [])
+
+    @staticmethod
+    def state(pid):
+        try:
+            return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+        except OSError:
+            return "Z"
 
     def test_several_processes_say_what_one_says(self):
         self.calor("new", "plate")

@@ -459,6 +459,64 @@ temperature = "1 K"
   }
 }
 
+/// The self-heating slab: its first guess has no flow at all.
+std::string self_heating(const std::string& method, const std::string& steady = "") {
+  return box_case({"2 m"}, {21}, method) + simple_material({.k = "1"}) + R"toml(
+[source.reaction]
+power_density = { formula = "0.8*exp(T)", unit = "W/m^3", temperature = "K" }
+[boundary.xmin]
+temperature = "0 K"
+[boundary.xmax]
+temperature = "0 K"
+[steady]
+)toml" + steady;
+}
+
+TEST(SteadyState, MeetsItsToleranceFromAGuessWithoutFlow) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    double before = 1;
+    for (const double tolerance : {1e-2, 1e-6, 1e-11}) {
+      const CaseModel m(self_heating(method, fmt::format("tolerance = {}\n", tolerance)));
+      State state = m.start();
+      const SteadyReport report = solve_steady(m.description(), m.system(), state);
+      EXPECT_LE(report.residual, tolerance) << method;
+      EXPECT_LT(report.residual, 0.1 * before) << method;
+      EXPECT_LE(report.imbalance, report.residual * report.flow * (1 + 1e-6)) << method;
+      EXPECT_FALSE(report.at_round_off) << method;
+      before = report.residual;
+    }
+  }
+}
+
+TEST(SteadyState, ThatStallsAtRoundOffIsFound) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    const CaseModel m(self_heating(method, "tolerance = 1e-40\n"));
+    State state = m.start();
+    const SteadyReport report = solve_steady(m.description(), m.system(), state);
+    EXPECT_LE(report.imbalance, 1e-13 * report.flow) << method;
+  }
+}
+
+TEST(SteadyStateParallel, IsFoundWhereSomeRanksHaveNeitherWallNorSource) {
+  // A source at one end, a wall at 0 K at the other: the power Q flows through all of the rod, T = Q (L - x) / (k A).
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    const CaseModel m(box_case({"2 m"}, {41}, method) + simple_material({.k = "1"}) + R"toml(
+[boundary.xmin]
+flux = "1 W/m^2"
+[boundary.xmax]
+temperature = "0 K"
+[steady]
+)toml",
+                      MPI_COMM_WORLD);
+    State state = m.start();
+    const SteadyReport report = solve_steady(m.description(), m.system(), state);
+    EXPECT_LE(report.residual, 1e-11);
+    EXPECT_NEAR(report.flow, 1, 1e-9);
+    const std::vector<double> T = m.system().temperatures(state.T);
+    for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], 2 - m.cloud().x[i].x, 1e-10);
+  }
+}
+
 TEST(SteadyState, BalancesRadiationAndFlux) {
   // A plate heated by 5 kW/m^2 on one side radiates them on the other: T = (q / (eps sigma) + T_a^4)^(1/4) there, and
   // q L / k more on the heated side.

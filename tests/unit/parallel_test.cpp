@@ -6,10 +6,12 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 #include <random>
 
 #include "base/error.hpp"
+#include "errors.hpp"
 
 namespace calor {
 namespace {
@@ -184,6 +186,42 @@ TEST(TogetherParallel, TurnsOtherExceptionsIntoErrors) {
   } catch (const Error& e) {
     EXPECT_STREQ(e.what(), "out of luck");
   }
+}
+
+TEST(CollectiveCallsParallel, GatherInTheOrderOfTheRanks) {
+  const int rank = rank_of(MPI_COMM_WORLD), size = size_of(MPI_COMM_WORLD);
+  const std::vector<int> all = gather(MPI_COMM_WORLD, std::vector<int>(rank, rank));  // none from rank 0
+  ASSERT_EQ(static_cast<int>(all.size()), size * (size - 1) / 2);
+  EXPECT_TRUE(std::ranges::is_sorted(all));
+  EXPECT_EQ(std::ranges::count(all, size - 1), size - 1);
+}
+
+TEST(CollectiveCallsParallel, TakeTurns) {
+  const int rank = rank_of(MPI_COMM_WORLD);
+  EXPECT_EQ(in_turns(MPI_COMM_WORLD, 5, [](int before) { return 2 * before; }), 5 << (rank + 1));
+}
+
+TEST(CollectiveCallsParallel, OnDifferentLinesAreToldWithBothPlaces) {
+  const int rank = rank_of(MPI_COMM_WORLD);
+  if (size_of(MPI_COMM_WORLD) == 1 || !std::getenv("CALOR_CHECK_COLLECTIVES")) GTEST_SKIP() << "nothing to compare";
+  const int here = __LINE__;
+  const auto disagree = [&] {
+    // Also where an error is expected on one rank alone.
+    collective_try(MPI_COMM_WORLD, [&] {
+      if (rank == 0)
+        max(MPI_COMM_WORLD, 1.0);
+      else
+        any(MPI_COMM_WORLD, true);
+    });
+  };
+  try {
+    disagree();
+    ADD_FAILURE() << "nobody noticed";
+  } catch (const CollectiveMismatch& e) {
+    expect_words(e.what(), {"rank 0: parallel_test.cpp:" + std::to_string(here + 5),
+                            "rank 1: parallel_test.cpp:" + std::to_string(here + 7)});
+  }
+  EXPECT_EQ(total(MPI_COMM_WORLD, 1), size_of(MPI_COMM_WORLD));  // and all go on together
 }
 
 }  // namespace

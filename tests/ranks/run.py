@@ -1,0 +1,117 @@
+#!/usr/bin/env python3
+"""Runs cases on several ranks and compares their results with those of one rank.
+
+  run.py CALOR RANKS [PART OF A NAME ...]
+
+The cases are those of this folder, in which some ranks have no wall, no source, no region or hardly a point, and those of
+cases/ that do not take long; the variants of the latter on three ranks only.
+"""
+import csv
+import fnmatch
+import json
+import math
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import tomllib
+
+HERE = pathlib.Path(__file__).resolve().parent
+CASES = HERE.parent.parent / "cases"
+TOLERANCE = 1e-7  # of the span of a column
+LIMIT = 900  # s; nothing here takes more than a few on an idle machine, unless ranks wait for each other for ever
+LONG = ["dan/W?D*/mlpg*", "dan/W3D/peridynamics", "dan/circles*", "dan/convection/virtual-faces", "dan/cube-*",
+        "dan/rosenthal-*", "dan/steel/implicit", "rong-kisu/fig6*", "rong-kisu/fig9/cylinder*", "rong-kisu/thermal-shock*",
+        "start/jittered/mlpg-81", "start/weld*", "wang/fig*/*"]
+# What is nothing but round-off, or says how it was computed (a face between two ranks counts on both: "neighbours" of mlpg).
+NOISE = {"ranks", "neighbours", "memory_bytes", "residual", "imbalance", "weight_residual", "energy_imbalance", "area_sum", "moment_sum",
+         "volume_error", "linear_iterations", "face_iterations", "source_error", "average_temperature_error"}
+
+
+def variants(case):
+    return ["", *(variant["name"] for variant in tomllib.loads(case.read_text()).get("variant", []))]
+
+
+def name_of(case, variant):
+    return f"{case.parent.name}/{case.stem}" + (f"/{variant}" if variant else "")
+
+
+def is_wanted(case, variant, ranks, parts):
+    name = name_of(case, variant)
+    if parts:
+        return any(part in name for part in parts)
+    return case.parent == HERE or not (variant and ranks == 2 or any(fnmatch.fnmatch(name, long) for long in LONG))
+
+
+def run(command, case, variant, folder):
+    words = [*command, "run", case.name, "-o", str(folder), "--quiet"] + ([f"variant={variant}"] if variant else [])
+    process = subprocess.Popen(words, cwd=case.parent, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    try:
+        said, _ = process.communicate(timeout=LIMIT)
+    except subprocess.TimeoutExpired:
+        process.kill()  # its ranks end with it
+        process.communicate()
+        return f"not at its end after {LIMIT} s"
+    return None if process.returncode in (0, 1) else f"exit code {process.returncode}: {said.strip()}"
+
+
+def columns(path):
+    """{name: numbers} of a CSV file, its rows in the order of the column id where there is one."""
+    with path.open() as file:
+        header, *rows = csv.reader(file)
+    if "id" in header:
+        rows.sort(key=lambda row: int(row[header.index("id")]))
+    return {name: [float(row[n]) for row in rows] for n, name in enumerate(header)}
+
+
+def differences(one, several):
+    """What differs between two result folders, one line each."""
+    for path in sorted(one.glob("*.csv")):
+        if path.name not in ("final.csv", "probes.csv"):
+            continue
+        left, right = columns(path), columns(several / path.name)
+        span = max((max(v) - min(v) for k, v in left.items() if k.endswith("[K]") and v), default=0)
+        for name, values in left.items():
+            others = right.get(name, [])
+            if len(values) != len(others):
+                yield f"{path.name}, {name}: {len(values)} and {len(others)} rows"
+                continue
+            scale = (span if name.endswith("[K]") else max(map(abs, values), default=0)) or max(map(abs, values), default=0) or 1
+            off = max((abs(a - b) for a, b in zip(values, others)), default=0) / scale
+            if not off <= TOLERANCE:
+                yield f"{path.name}, {name}: off by {off:.2g} of the span"
+    left, right = (json.loads((folder / "report.json").read_text()) for folder in (one, several))
+    for name, value in left["numbers"].items():
+        other = right["numbers"].get(name, math.nan)
+        if name not in NOISE and not abs(value - other) <= TOLERANCE * max(abs(value), 1e-12):
+            yield f"report, {name}: {value} and {other}"
+    if left["passed"] != right["passed"]:
+        yield f"report: passed {left['passed']} and {right['passed']}"
+
+
+def main():
+    calor, ranks, wanted = pathlib.Path(sys.argv[1]).resolve(), int(sys.argv[2]), sys.argv[3:]
+    os.environ["CALOR_CHECK_COLLECTIVES"] = "1"
+    failed = count = 0
+    for case in sorted([*CASES.rglob("*.toml"), *HERE.glob("*.toml")]):
+        for variant in variants(case):
+            if not is_wanted(case, variant, ranks, wanted):
+                continue
+            name = name_of(case, variant)
+            with tempfile.TemporaryDirectory() as folder:
+                one, several = pathlib.Path(folder) / "one", pathlib.Path(folder) / "several"
+                faults = [fault for fault in (run([str(calor)], case, variant, one),
+                                              run(["mpiexec", "--quiet", "-n", str(ranks), str(calor)], case, variant, several))
+                          if fault]
+                faults = faults or list(differences(one, several))
+            count += 1
+            failed += bool(faults)
+            for fault in faults:
+                print(f"FAIL  {name} on {ranks} ranks: {fault}", flush=True)
+    print(f"{count - failed} cases are the same on {ranks} ranks, {failed} are not")
+    return failed > 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
