@@ -1,6 +1,7 @@
 #include "base/formula.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cctype>
 #include <cmath>
@@ -26,15 +27,6 @@ void define_functions(mu::Parser& parser) {
       "pow", +[](double a, double b) { return std::pow(a, b); });
   parser.DefineFun(
       "mod", +[](double a, double b) { return a - b * std::floor(a / b); });  // of b's sign: periodic in a
-}
-
-std::string listed(const std::vector<std::string>& names) {
-  std::string text;
-  for (const std::string& name : names) {
-    if (!text.empty()) text += ", ";
-    text += name;
-  }
-  return text;
 }
 
 /// What muparser would take silently, or refuse without saying what is known.
@@ -114,7 +106,7 @@ class Reader {
     refuse(
         position, fmt::format("unknown symbol '{}'", name),
         fmt::format("{}known are {} and the functions {}", near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
-                    listed(values), listed(functions)));
+                    fmt::join(values, ", "), fmt::join(functions, ", ")));
   }
 
   const std::string& text_;

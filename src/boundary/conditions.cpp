@@ -62,11 +62,10 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
                       .insulated = table.has("insulated") && table.flag("insulated")};
     std::vector<std::string> given;
     if (s.prescribed) given.push_back("temperature");
-    for (const auto& kind : surface_flux_kinds())
-      if (table.has(kind.key)) given.push_back(kind.key);
+    for (const SurfaceFluxKind* kind : surface_fluxes().given(table)) given.push_back(kind->name);
     if (given.empty() && !s.insulated)
       table.refuse("", fmt::format("[{}] says nothing of its wall", table.path()),
-                   "give a temperature, flux, convection or radiation, or insulated = true");
+                   fmt::format("give a temperature, {}, or insulated = true", surface_fluxes().listed()));
     if (s.insulated && !given.empty())
       table.refuse("insulated", fmt::format("[{}] is insulated and has a {}", table.path(), given.front()),
                    "leave one of them out");
@@ -283,13 +282,12 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
     std::int64_t count = 0;
     for (const Segments& p : segments) count += static_cast<std::int64_t>(p.point.size());
     if (total(cloud.comm, count) == 0) refuse_empty(s, "piece of the surface");
-    for (const auto& kind : surface_flux_kinds()) {
-      if (!s.table.has(kind.key)) continue;
+    for (const SurfaceFluxKind* kind : surface_fluxes().given(s.table)) {
       for (const Segments& p : segments) {
-        conditions.fluxes.push_back({s.name + "." + kind.key, account, nullptr, p.point, p.area, p.x, p.is_plate});
+        conditions.fluxes.push_back({s.name + "." + kind->name, account, nullptr, p.point, p.area, p.x, p.is_plate});
         SurfaceTerm& term = conditions.fluxes.back();
         collective_try(cloud.comm, [&] {
-          term.flux = kind.make(s.table, term.x);
+          term.flux = kind->make(s.table, term.x);
           // What is wrong at the start is said before the run: at the temperature of the surroundings.
           std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());
           if (T.empty() && term.flux->depends_on_temperature()) return;
@@ -317,7 +315,7 @@ void declare_boundaries(Schema& schema) {
                   "A condition on a face of the cloud, or on a part of its surface by 'on' and 'where'. Heat fluxes of "
                   "several sections on one face add up; where nothing is said the wall is insulated.",
               .keys = keys});
-  for (const auto& kind : surface_flux_kinds()) kind.declare(schema);
+  surface_fluxes().declare(schema);
 }
 
 }  // namespace calor

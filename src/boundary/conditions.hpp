@@ -1,6 +1,5 @@
 #pragma once
-// Boundary conditions: prescribed temperatures, and heat fluxes into the body that add up on a face. A new kind of flux
-// is a new file with a SurfaceFlux and a line in conditions.cpp.
+// Boundary conditions: prescribed temperatures, and heat fluxes into the body that add up on a face.
 #include <functional>
 #include <memory>
 #include <span>

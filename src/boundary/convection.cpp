@@ -34,19 +34,21 @@ class Convection final : public SurfaceFlux {
 
 }  // namespace
 
-const SurfaceFluxKind convection = {
-    .key = "convection",
-    .declare =
-        [](Schema& schema) {
-          schema.add({.path = "boundary.*.convection",
-                      .sentence = "Convection: the heat flux into the body is h (ambient - T).",
-                      .keys = {{"h", Kind::function, "W/(m^2 K)", required, "Heat transfer coefficient."},
-                               {"ambient", Kind::function, "K", required, "Temperature of the surroundings."}}});
-        },
-    .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
-      const Table table = boundary.sub("convection");
-      return std::make_unique<Convection>(PointFunction(table.function("h"), x),
-                                          PointFunction(table.function("ambient"), x));
-    }};
+SurfaceFluxKind convection() {
+  return {.name = "convection",
+          .sentence = "heat transfer by convection",
+          .declare =
+              [](Schema& schema) {
+                schema.add({.path = "boundary.*.convection",
+                            .sentence = "Convection: the heat flux into the body is h (ambient - T).",
+                            .keys = {{"h", Kind::function, "W/(m^2 K)", required, "Heat transfer coefficient."},
+                                     {"ambient", Kind::function, "K", required, "Temperature of the surroundings."}}});
+              },
+          .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
+            const Table table = boundary.sub("convection");
+            return std::make_unique<Convection>(PointFunction(table.function("h"), x),
+                                                PointFunction(table.function("ambient"), x));
+          }};
+}
 
 }  // namespace calor

@@ -26,16 +26,19 @@ class PrescribedFlux final : public SurfaceFlux {
 
 }  // namespace
 
-const SurfaceFluxKind prescribed_flux = {
-    .key = "flux",
-    .declare =
-        [](Schema& schema) {
-          schema.add({.path = "boundary.*",
-                      .sentence = "Prescribed heat flux.",
-                      .keys = {{"flux", Kind::function, "W/m^2", optional, "Heat flux into the body; > 0 heats."}}});
-        },
-    .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
-      return std::make_unique<PrescribedFlux>(PointFunction(boundary.function("flux"), x));
-    }};
+SurfaceFluxKind prescribed_flux() {
+  return {
+      .name = "flux",
+      .sentence = "a prescribed heat flux",
+      .declare =
+          [](Schema& schema) {
+            schema.add({.path = "boundary.*",
+                        .sentence = "Prescribed heat flux.",
+                        .keys = {{"flux", Kind::function, "W/m^2", optional, "Heat flux into the body; > 0 heats."}}});
+          },
+      .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
+        return std::make_unique<PrescribedFlux>(PointFunction(boundary.function("flux"), x));
+      }};
+}
 
 }  // namespace calor

@@ -44,20 +44,22 @@ class Radiation final : public SurfaceFlux {
 
 }  // namespace
 
-const SurfaceFluxKind radiation = {
-    .key = "radiation",
-    .declare =
-        [](Schema& schema) {
-          schema.add(
-              {.path = "boundary.*.radiation",
-               .sentence = "Radiation: the heat flux into the body is emissivity sigma (ambient^4 - T^4).",
-               .keys = {{"emissivity", Kind::function, "", required, "Emissivity of the surface, 0 to 1."},
-                        {"ambient", Kind::function, "K", required, "Temperature of the surroundings, absolute."}}});
-        },
-    .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
-      const Table table = boundary.sub("radiation");
-      return std::make_unique<Radiation>(PointFunction(table.function("emissivity"), x),
-                                         PointFunction(table.function("ambient"), x));
-    }};
+SurfaceFluxKind radiation() {
+  return {.name = "radiation",
+          .sentence = "radiation to large surroundings",
+          .declare =
+              [](Schema& schema) {
+                schema.add({.path = "boundary.*.radiation",
+                            .sentence = "Radiation: the heat flux into the body is emissivity sigma (ambient^4 - T^4).",
+                            .keys = {{"emissivity", Kind::function, "", required, "Emissivity of the surface, 0 to 1."},
+                                     {"ambient", Kind::function, "K", required,
+                                      "Temperature of the surroundings, absolute."}}});
+              },
+          .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
+            const Table table = boundary.sub("radiation");
+            return std::make_unique<Radiation>(PointFunction(table.function("emissivity"), x),
+                                               PointFunction(table.function("ambient"), x));
+          }};
+}
 
 }  // namespace calor

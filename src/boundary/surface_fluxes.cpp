@@ -4,9 +4,11 @@
 
 namespace calor {
 
-const std::vector<SurfaceFluxKind>& surface_flux_kinds() {
-  static const std::vector<SurfaceFluxKind> kinds = {prescribed_flux, convection, radiation};
-  return kinds;
+SurfaceFluxKind prescribed_flux(), convection(), radiation();
+
+Registry<SurfaceFluxKind>& surface_fluxes() {
+  static Registry<SurfaceFluxKind> all = {prescribed_flux(), convection(), radiation()};
+  return all;
 }
 
 void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,

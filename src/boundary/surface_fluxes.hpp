@@ -1,5 +1,5 @@
 #pragma once
-// The kinds of surface flux. A new kind is a new file and a line in surface_fluxes.cpp.
+// The kinds of surface flux. A new kind is a new file and its name in surface_fluxes.cpp.
 #include <memory>
 #include <span>
 #include <string>
@@ -7,21 +7,20 @@
 
 #include "base/point_function.hpp"
 #include "boundary/conditions.hpp"
+#include "case/registry.hpp"
 
 namespace calor {
 
 struct SurfaceFluxKind {
-  std::string key;  ///< in [boundary.*]
+  std::string name;  ///< its key in [boundary.*]
+  std::string sentence;
   void (*declare)(Schema& schema);
   /// `boundary`: the table that holds the key; `x`: points of the facets, which must outlive the flux. What is asked
   /// at these points and depends on place alone is evaluated once. Throws Error(bad_case).
   std::unique_ptr<SurfaceFlux> (*make)(const Table& boundary, std::span<const Vec3> x);
 };
 
-const std::vector<SurfaceFluxKind>& surface_flux_kinds();
-
-// One file each.
-extern const SurfaceFluxKind prescribed_flux, convection, radiation;
+Registry<SurfaceFluxKind>& surface_fluxes();
 
 /// Checks that all values lie in [low, high]; throws Error naming the place in the case and the point:
 /// "the heat transfer coefficient is -3 W/(m^2 K) at ...".

@@ -54,8 +54,6 @@ void grade(const Table& cloud, BoxLattice& box, int axis, double ratio) {
   x.push_back(low + size);
 }
 
-}  // namespace
-
 Points box_from(MPI_Comm comm, const Table& cloud) {
   BoxLattice box;
   if (!cloud.has("size")) {
@@ -119,33 +117,33 @@ Points box_from(MPI_Comm comm, const Table& cloud) {
   return make_box(comm, box);
 }
 
-void declare_box(Schema& schema) {
-  schema.add(
-      {.path = "cloud",
-       .sentence = "A box filled with a lattice. Faces: xmin, xmax, ymin, ymax, zmin, zmax.",
-       .keys = {{"size", Kind::quantities, "m", optional, "Lengths of the box; their number is the dimension."},
-                {"points", Kind::integers, "", optional, "Points along every axis."},
-                {"spacing", Kind::quantity, "m", optional, "Distance of the points, instead of their number."},
-                {"grading", Kind::numbers, "", optional,
-                 "Last interval over the first along every axis; those between grow by one factor. All are equal if "
-                 "absent."},
-                {"x", Kind::quantities, "m", optional,
-                 "Coordinates of the points along x (of the ends of the cells for at = \"cells\"); with y and z in "
-                 "place of size and points."},
-                {"y", Kind::quantities, "m", optional, "The same along y."},
-                {"z", Kind::quantities, "m", optional, "The same along z."},
-                {"origin", Kind::quantities, "m", optional, "Lowest corner; zeros if absent."},
-                {"at",
-                 Kind::choice,
-                 "",
-                 "walls",
-                 "Outermost points on the walls, or all at the centres of cells.",
-                 {"walls", "cells"}},
-                {"jitter", Kind::number, "", "0",
-                 "Random displacement of the points as a fraction of the spacing; points on walls stay on them."},
-                {"seed", Kind::integer, "", "1", "Chooses the random displacements."}},
-       .when_key = "shape",
-       .when_value = "box"});
+}  // namespace
+
+CloudShape box_shape() {
+  return {.name = "box",
+          .sentence = "A box filled with a lattice. Faces: xmin, xmax, ymin, ymax, zmin, zmax",
+          .keys = {{"size", Kind::quantities, "m", optional, "Lengths of the box; their number is the dimension."},
+                   {"points", Kind::integers, "", optional, "Points along every axis."},
+                   {"spacing", Kind::quantity, "m", optional, "Distance of the points, instead of their number."},
+                   {"grading", Kind::numbers, "", optional,
+                    "Last interval over the first along every axis; those between grow by one factor. All are equal if "
+                    "absent."},
+                   {"x", Kind::quantities, "m", optional,
+                    "Coordinates of the points along x (of the ends of the cells for at = \"cells\"); with y and z in "
+                    "place of size and points."},
+                   {"y", Kind::quantities, "m", optional, "The same along y."},
+                   {"z", Kind::quantities, "m", optional, "The same along z."},
+                   {"origin", Kind::quantities, "m", optional, "Lowest corner; zeros if absent."},
+                   {"at",
+                    Kind::choice,
+                    "",
+                    "walls",
+                    "Outermost points on the walls, or all at the centres of cells.",
+                    {"walls", "cells"}},
+                   {"jitter", Kind::number, "", "0",
+                    "Random displacement of the points as a fraction of the spacing; points on walls stay on them."},
+                   {"seed", Kind::integer, "", "1", "Chooses the random displacements."}},
+          .make = box_from};
 }
 
 }  // namespace calor

@@ -162,20 +162,18 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
   return out;
 }
 
-Points csv_from(MPI_Comm comm, const Table& cloud) {
-  return read_points(
-      comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); }, cloud.location("file"));
-}
-
-void declare_csv(Schema& schema) {
-  schema.add({.path = "cloud",
-              .sentence =
-                  "Points from a CSV file with columns x [m], y [m], z [m], volume [m^3], tag and, for every piece of "
-                  "surface, area_x [m^2], area_y [m^2], area_z [m^2], face (further ones area2_x, ..., face2). "
-                  "Faces: the names in those columns.",
-              .keys = {{"file", Kind::text, "", required, "Name of the file, relative to the case."}},
-              .when_key = "shape",
-              .when_value = "csv"});
+CloudShape csv_shape() {
+  return {.name = "csv",
+          .sentence =
+              "Points from a CSV file with columns x [m], y [m], z [m], volume [m^3], tag and, for every piece of "
+              "surface, area_x [m^2], area_y [m^2], area_z [m^2], face (further ones area2_x, ..., face2). "
+              "Faces: the names in those columns",
+          .keys = {{"file", Kind::text, "", required, "Name of the file, relative to the case."}},
+          .make = [](MPI_Comm comm, const Table& cloud) {
+            return read_points(
+                comm, cloud.file("file"), [&](int dimension) { return section_of(cloud, dimension); },
+                cloud.location("file"));
+          }};
 }
 
 }  // namespace calor

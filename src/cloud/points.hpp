@@ -1,7 +1,6 @@
 #pragma once
 // What a generator or a reader of clouds makes: this rank's share of the points, in any distribution; `distribute` then
-// sends every point to its block, orders it and adds the ghosts. A new shape is a new file with a `Points make_...`
-// and a line in shapes.cpp.
+// sends every point to its block, orders it and adds the ghosts.
 #include <mpi.h>
 
 #include <cstdint>

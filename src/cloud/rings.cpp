@@ -151,6 +151,8 @@ Points make_rings(MPI_Comm comm, const Rings& rings) {
   return out;
 }
 
+namespace {
+
 Points disc_from(MPI_Comm comm, const Table& cloud) {
   Rings r = rings_from(cloud);
   r.thickness = section_of(cloud, 2);
@@ -172,35 +174,46 @@ Points cylinder_from(MPI_Comm comm, const Table& cloud) {
   return make_rings(comm, r);
 }
 
-void declare_rings(Schema& schema) {
-  const std::vector<Key> plane = {
-      {"radius", Kind::quantity, "m", required, "Radius."},
-      {"rings", Kind::integer, "", optional,
-       "Rings of points around the centre, 6 m points on ring m; the last lies on the side."},
-      {"spacing", Kind::quantity, "m", optional, "Distance of the rings, instead of their number."},
-      {"sector",
-       Kind::choice,
-       "",
-       "full",
-       "The whole, or a part of it with points on the cuts (planes of symmetry).",
-       {"full", "half", "quarter"}}};
-  std::vector<Key> solid = plane;
-  solid.push_back({"height", Kind::quantity, "m", required, "Height, from z = 0 (bottom) up."});
-  solid.push_back({"levels", Kind::integer, "", optional,
-                   "Layers of points over the height, bottom and top included; from spacing if absent."});
-  schema.add(
-      {.path = "cloud",
-       .sentence =
-           "A disc of concentric rings around the origin. Faces: side; of sectors also cut1 (y = 0) and cut2 (x = 0).",
-       .keys = plane,
-       .when_key = "shape",
-       .when_value = "disc"});
-  schema.add({.path = "cloud",
-              .sentence = "A cylinder around the z axis by rings. Faces: side, bottom, top; of sectors also cut1 (y = "
-                          "0) and cut2 (x = 0).",
-              .keys = solid,
-              .when_key = "shape",
-              .when_value = "cylinder"});
+/// Of a disc; a cylinder has more.
+std::vector<Key> disc_keys() {
+  return {{"radius", Kind::quantity, "m", required, "Radius."},
+          {"rings", Kind::integer, "", optional,
+           "Rings of points around the centre, 6 m points on ring m; the last lies on the side."},
+          {"spacing", Kind::quantity, "m", optional, "Distance of the rings, instead of their number."},
+          {"sector",
+           Kind::choice,
+           "",
+           "full",
+           "The whole, or a part of it with points on the cuts (planes of symmetry).",
+           {"full", "half", "quarter"}}};
+}
+
+std::vector<Key> cylinder_keys() {
+  std::vector<Key> keys = disc_keys();
+  keys.push_back({"height", Kind::quantity, "m", required, "Height, from z = 0 (bottom) up."});
+  keys.push_back({"levels", Kind::integer, "", optional,
+                  "Layers of points over the height, bottom and top included; from spacing if absent."});
+  return keys;
+}
+
+}  // namespace
+
+CloudShape disc_shape() {
+  return {.name = "disc",
+          .sentence =
+              "A disc of concentric rings around the origin. Faces: side; of sectors also cut1 (y = 0) and cut2 "
+              "(x = 0)",
+          .keys = disc_keys(),
+          .make = disc_from};
+}
+
+CloudShape cylinder_shape() {
+  return {.name = "cylinder",
+          .sentence =
+              "A cylinder around the z axis by rings. Faces: side, bottom, top; of sectors also cut1 (y = 0) "
+              "and cut2 (x = 0)",
+          .keys = cylinder_keys(),
+          .make = cylinder_from};
 }
 
 }  // namespace calor

@@ -85,6 +85,8 @@ Points make_rows(MPI_Comm comm, const Rows& rows) {
   return out;
 }
 
+namespace {
+
 Points rows_from(MPI_Comm comm, const Table& cloud) {
   Rows rows{.length = cloud.number("length"), .y = cloud.numbers("y"), .points = {}, .thickness = section_of(cloud, 2)};
   if (!(rows.length > 0))
@@ -104,16 +106,17 @@ Points rows_from(MPI_Comm comm, const Table& cloud) {
   return make_rows(comm, rows);
 }
 
-void declare_rows(Schema& schema) {
-  schema.add(
-      {.path = "cloud",
-       .sentence = "A rectangle filled with rows of points along x, from x = 0, each with its own number of them. "
-                   "Faces: xmin, xmax, ymin, ymax.",
-       .keys = {{"length", Kind::quantity, "m", required, "Length of the rows."},
-                {"y", Kind::quantities, "m", required, "Where the rows are, the first and the last on the walls."},
-                {"points", Kind::integers, "", required, "Points of every row, equally spaced, ends included."}},
-       .when_key = "shape",
-       .when_value = "rows"});
+}  // namespace
+
+CloudShape rows_shape() {
+  return {.name = "rows",
+          .sentence =
+              "A rectangle filled with rows of points along x, from x = 0, each with its own number of them. "
+              "Faces: xmin, xmax, ymin, ymax",
+          .keys = {{"length", Kind::quantity, "m", required, "Length of the rows."},
+                   {"y", Kind::quantities, "m", required, "Where the rows are, the first and the last on the walls."},
+                   {"points", Kind::integers, "", required, "Points of every row, equally spaced, ends included."}},
+          .make = rows_from};
 }
 
 }  // namespace calor

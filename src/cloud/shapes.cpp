@@ -9,20 +9,12 @@
 #include "base/parallel.hpp"
 
 namespace calor {
-namespace {
+CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape();
 
-struct Shape {
-  std::string name;
-  Points (*make)(MPI_Comm, const Table&);
-};
-
-const std::vector<Shape>& shapes() {
-  static const std::vector<Shape> all = {
-      {"box", box_from}, {"disc", disc_from}, {"cylinder", cylinder_from}, {"rows", rows_from}, {"csv", csv_from}};
+Registry<CloudShape>& cloud_shapes() {
+  static Registry<CloudShape> all = {box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape()};
   return all;
 }
-
-}  // namespace
 
 void Points::add_patch(int face, double area, const Vec3& normal, const Vec3& area_vector) {
   Point& p = points.back();
@@ -70,23 +62,21 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
 
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
-  const std::string name = table.text("shape");
-  const auto shape = std::ranges::find(shapes(), name, &Shape::name);
-  return distribute(comm, shape->make(comm, table), support);
+  return distribute(comm, cloud_shapes().chosen(table, "shape").make(comm, table), support);
 }
 
 void declare_cloud(Schema& schema) {
-  std::vector<std::string> names;
-  for (const Shape& s : shapes()) names.push_back(s.name);
   schema.add({.path = "cloud",
               .sentence = "The points that stand for the body.",
-              .keys = {{"shape", Kind::choice, "", required, "What makes the points.", names},
+              .keys = {{"shape", Kind::choice, "", required, "What makes the points.", cloud_shapes().names()},
                        {"thickness", Kind::quantity, "m", "1 m", "Thickness of a body of two dimensions."},
                        {"section", Kind::quantity, "m^2", "1 m^2", "Cross-section of a body of one dimension."}}});
-  declare_box(schema);
-  declare_rings(schema);
-  declare_rows(schema);
-  declare_csv(schema);
+  for (const CloudShape& shape : cloud_shapes())
+    schema.add({.path = "cloud",
+                .sentence = shape.sentence + ".",
+                .keys = shape.keys,
+                .when_key = "shape",
+                .when_value = shape.name});
 }
 
 }  // namespace calor

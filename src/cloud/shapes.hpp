@@ -8,8 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "case/case.hpp"
-#include "case/schema.hpp"
+#include "case/registry.hpp"
 #include "cloud/points.hpp"
 
 namespace calor {
@@ -66,16 +65,13 @@ Points make_rows(MPI_Comm comm, const Rows& rows);
 Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section,
                    const SourceLocation& named = {});
 
-// The same from the [cloud] table of a case, and the keys that belong to each.
-Points box_from(MPI_Comm comm, const Table& cloud);
-Points disc_from(MPI_Comm comm, const Table& cloud);
-Points cylinder_from(MPI_Comm comm, const Table& cloud);
-Points rows_from(MPI_Comm comm, const Table& cloud);
-Points csv_from(MPI_Comm comm, const Table& cloud);
-void declare_box(Schema& schema);
-void declare_rings(Schema& schema);
-void declare_rows(Schema& schema);
-void declare_csv(Schema& schema);
+/// A value of [cloud] shape. A new one is a new file and its name in shapes.cpp.
+struct CloudShape {
+  std::string name, sentence;
+  std::vector<Key> keys;  ///< in [cloud]
+  Points (*make)(MPI_Comm comm, const Table& cloud);
+};
+Registry<CloudShape>& cloud_shapes();
 
 /// Thickness (2D) or cross-section (1D) of the table, 1 in 3D; refuses a key that the dimension does not have.
 double section_of(const Table& cloud, int dimension);

@@ -1,13 +1,12 @@
 #pragma once
-// The only step that knows the method: cloud in, discretisation out. A new method is a new file and a line in
+// The only step that knows the method: cloud in, discretisation out. A new method is a new file and its name in
 // method.cpp.
 #include <map>
 #include <memory>
 #include <string>
 
 #include "boundary/conditions.hpp"
-#include "case/case.hpp"
-#include "case/schema.hpp"
+#include "case/registry.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "conduction/discretisation.hpp"
@@ -19,7 +18,8 @@ namespace calor {
 using MethodReport = std::map<std::string, double>;
 
 struct Method {
-  std::string name;
+  std::string name, sentence;
+  void (*declare)(Schema& schema);  ///< its own section, of its name; may be null
   /// How far its points see at most: sizes the ghosts.
   Support (*support)(const Case& c);
   /// Cloud and conditions must outlive the discretisation. Collective; throws Error.
@@ -30,6 +30,7 @@ struct Method {
 /// Counts pairs for the report and refuses points with too few neighbours. Collective.
 void count_pairs(const Cloud& cloud, const Neighbours& neighbours, MethodReport& report);
 
+Registry<Method>& methods();
 /// The method that the case names.
 const Method& chosen_method(const Case& c);
 

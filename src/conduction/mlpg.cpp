@@ -324,7 +324,7 @@ MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgRepor
   return scheme;
 }
 
-Method mlpg_method() { return {"mlpg", support_of, build}; }
+namespace {
 
 void declare_mlpg(Schema& schema) {
   schema.add(
@@ -378,6 +378,16 @@ void declare_mlpg(Schema& schema) {
             {"collocation", "penalty"}},
            {"radius", Kind::number, "", "0.7", "Radius of the circles or spheres over spacing."},
        }});
+}
+
+}  // namespace
+
+Method mlpg_method() {
+  return {.name = "mlpg",
+          .sentence = "the meshless local Petrov-Galerkin method",
+          .declare = declare_mlpg,
+          .support = support_of,
+          .build = build};
 }
 
 }  // namespace calor

@@ -69,7 +69,5 @@ MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgRepor
                        std::span<const PrescribedTerm> temperatures = {});
 
 /// Registers method = "mlpg".
-Method mlpg_method();
-void declare_mlpg(Schema& schema);
 
 }  // namespace calor

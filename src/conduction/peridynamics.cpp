@@ -141,7 +141,7 @@ std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbour
   return G;
 }
 
-Method peridynamics_method() { return {"peridynamics", support_of, build}; }
+namespace {
 
 void declare_peridynamics(Schema& schema) {
   schema.add(
@@ -174,6 +174,16 @@ void declare_peridynamics(Schema& schema) {
             "even",
             "Insulated walls of cell-centred boxes: \"even\" reflection beyond them, or \"truncated\" families.",
             {"even", "truncated"}}}});
+}
+
+}  // namespace
+
+Method peridynamics_method() {
+  return {.name = "peridynamics",
+          .sentence = "bond-based peridynamics",
+          .declare = declare_peridynamics,
+          .support = support_of,
+          .build = build};
 }
 
 }  // namespace calor

@@ -36,7 +36,5 @@ std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbour
 std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options);
 
 /// Registers method = "peridynamics".
-Method peridynamics_method();
-void declare_peridynamics(Schema& schema);
 
 }  // namespace calor

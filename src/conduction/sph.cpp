@@ -146,7 +146,7 @@ std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours&
       one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
 }
 
-Method sph_method() { return {"sph", support_of, build}; }
+namespace {
 
 void declare_sph(Schema& schema) {
   schema.add(
@@ -162,6 +162,16 @@ void declare_sph(Schema& schema) {
                  "How the pairs are corrected: \"consistent\" conserves heat and is of second order on any cloud; "
                  "\"paper\" is the paper's own treatment of walls, for comparison.",
                  {"consistent", "paper"}}}});
+}
+
+}  // namespace
+
+Method sph_method() {
+  return {.name = "sph",
+          .sentence = "smoothed particle hydrodynamics",
+          .declare = declare_sph,
+          .support = support_of,
+          .build = build};
 }
 
 }  // namespace calor

@@ -28,7 +28,5 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
                                            CorrectionReport& report);
 /// Registers method = "sph".
-Method sph_method();
-void declare_sph(Schema& schema);
 
 }  // namespace calor

@@ -1,6 +1,6 @@
 #pragma once
 // What a body is made of. A Material is what the case says; bound to points it becomes PointProperties, which evaluate
-// whole arrays (one virtual call an array, never one a point). A new law or mixing rule is a new file and a line in
+// whole arrays (one virtual call an array, never one a point). A new law is a new file and its name in
 // materials.cpp.
 #include <algorithm>
 #include <cstddef>

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "case/case.hpp"
+#include "case/registry.hpp"
 #include "material/material.hpp"
 
 namespace calor {
@@ -28,5 +28,17 @@ class Materials {
   std::map<std::string, std::shared_ptr<const Material>> made_;
   std::vector<std::string> making_;  // names on the way, to find a mixture of itself
 };
+
+/// How the properties of a [material.NAME] come about, other than by those that it names itself (simple.hpp).
+struct MaterialLaw {
+  std::string name;  ///< its key in [material.NAME]
+  std::string sentence;
+  void (*declare)(Schema& schema);
+  /// `others`: for the materials it is made of.
+  std::shared_ptr<const Material> (*make)(const std::string& name, const Table& table, Materials& others);
+  /// Names of the materials it is made of; null where of none.
+  std::vector<std::string> (*ingredients)(const Table& table) = nullptr;
+};
+Registry<MaterialLaw>& material_laws();
 
 }  // namespace calor

@@ -127,10 +127,10 @@ double bruggeman(const Mixed& m) {
 
 }  // namespace
 
-const std::vector<MixingRule>& mixing_rules() {
+Registry<MixingRule>& mixing_rules() {
   const auto spheres = at_points<spheres_in_first>;
   static const std::string hashin = "Hashin & Shtrikman, J. Appl. Phys. 33 (1962) 3125";
-  static const std::vector<MixingRule> rules = {
+  static Registry<MixingRule> rules = {
       {"voigt", "side by side along the flow of heat, the upper bound", "Voigt, Ann. Phys. 274 (1889) 573", voigt,
        true},
       {"reuss", "one after the other along the flow, the lower bound", "Reuss, Z. angew. Math. Mech. 9 (1929) 49",

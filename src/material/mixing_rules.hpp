@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "case/registry.hpp"
+
 namespace calor {
 
 struct MixingRule {
@@ -19,6 +21,6 @@ struct MixingRule {
   bool takes_mass = false;  ///< may the fractions be of the mass, taken as they are?
 };
 
-const std::vector<MixingRule>& mixing_rules();
+Registry<MixingRule>& mixing_rules();
 
 }  // namespace calor

@@ -7,6 +7,8 @@
 #include <optional>
 
 #include "base/point_function.hpp"
+#include "material/materials.hpp"
+#include "material/simple.hpp"
 
 namespace calor {
 namespace {
@@ -229,7 +231,79 @@ void refuse_all_but_place(const Function& f, const std::string& what) {
                 "it is a number or a function of place");
 }
 
+std::shared_ptr<const Material> read_mixture(const std::string& name, const Table& table, Materials& others) {
+  for (const Key& key : simple_keys())
+    if (table.has(key.name))
+      table.refuse(key.name, fmt::format("[{}] is a mixture and has a '{}' of its own", table.path(), key.name),
+                   "write the properties of the phases");
+  const auto phases = table.texts("phases");
+  if (phases.size() != 2)
+    table.refuse("phases", fmt::format("a mixture has two phases, not {}", phases.size()),
+                 "write phases = [\"first\", \"second\"]");
+  MixtureRecipe recipe{.name = name,
+                       .rule = &mixing_rules().chosen(table, "mix"),
+                       .basis = table.text("basis") == "mass" ? Basis::mass : Basis::volume,
+                       .fraction = table.function("fraction")};
+  for (const std::string& phase : phases) recipe.phases.push_back(others.get(phase, table.location("phases")));
+  if (table.has("pores")) {
+    const Table pores = table.sub("pores");
+    recipe.phases.push_back(others.get(pores.text("material"), pores.location("material")));
+    recipe.porosity = pores.function("porosity");
+    recipe.pores = pores.text("as") == "third" ? Pores::third : Pores::sequential;
+  }
+  return make_mixture(std::move(recipe), table.location("basis"));
+}
+
+std::vector<std::string> phases_of(const Table& table) {
+  std::vector<std::string> names = table.texts("phases");
+  if (table.has("pores")) names.push_back(table.sub("pores").text("material"));
+  return names;
+}
+
+void declare_mixture(Schema& schema) {
+  const std::string sentence = "Mixes two other materials, the conductivity by a rule (docs/graded-materials.md).";
+  schema.add(
+      {.path = "material.*",
+       .sentence = "A mixture of two other materials (docs/graded-materials.md).",
+       .keys = {{"mix", Kind::choice, "", optional, sentence + mixing_rules().sentences(), mixing_rules().names()}}});
+  schema.add({.path = "material.*",
+              .sentence = "What is mixed, and how.",
+              .keys = {{"phases", Kind::texts, "", required, "The two materials that are mixed."},
+                       {"fraction", Kind::function, "", required,
+                        "Fraction of the second phase in the solid, 0 to 1, a number or a function of place."},
+                       {"basis",
+                        Kind::choice,
+                        "",
+                        required,
+                        "What the fraction is of. mass (with voigt alone): rho = 1/((1-a)/rho1 + a/rho2), "
+                        "c = (1-a) c1 + a c2; volume: rho and rho c are volume averages. The conductivity takes the "
+                        "fraction as it is.",
+                        {"mass", "volume"}},
+                       {"pores", Kind::table, "", optional, "Pores in the mixture; none where absent."}},
+              .when_key = "mix"});
+  schema.add({.path = "material.*.pores",
+              .sentence = "Pores take the fraction P of the volume, the phases share the rest.",
+              .keys = {{"material", Kind::text, "", required, "What fills the pores, e.g. \"air\"."},
+                       {"porosity", Kind::function, "", required,
+                        "P, from 0 to less than 1, a number or a function of place."},
+                       {"as",
+                        Kind::choice,
+                        "",
+                        "sequential",
+                        "How pores enter the conductivity. sequential: the rule mixes the two phases, then the result "
+                        "with the pores as second phase; third: it mixes all three at once.",
+                        {"sequential", "third"}}}});
+}
+
 }  // namespace
+
+MaterialLaw mixture_law() {
+  return {.name = "mix",
+          .sentence = "two other materials mixed",
+          .declare = declare_mixture,
+          .make = read_mixture,
+          .ingredients = phases_of};
+}
 
 std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const SourceLocation& location) {
   refuse_all_but_place(recipe.fraction, fmt::format("fraction in '{}'", recipe.name));

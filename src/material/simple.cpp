@@ -6,8 +6,10 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <tuple>
 
 #include "base/point_function.hpp"
+#include "material/library.hpp"
 
 namespace calor {
 namespace {
@@ -194,6 +196,25 @@ class SimpleMaterial final : public Material {
   SimpleProperties p_;
 };
 
+std::optional<LatentHeat> latent_heat(const Table& table) {
+  const std::vector<const char*> keys = {"latent_heat", "solidus", "liquidus"};
+  const auto missing = std::ranges::find_if(keys, [&](const char* key) { return !table.has(key); });
+  const auto given = std::ranges::find_if(keys, [&](const char* key) { return table.has(key); });
+  if (given == keys.end()) return std::nullopt;
+  if (missing != keys.end())
+    table.refuse(*given, fmt::format("[{}] has a {} and no {}", table.path(), *given, *missing),
+                 "melting takes latent_heat, solidus and liquidus");
+  const LatentHeat latent{table.number("latent_heat"), table.number("solidus"), table.number("liquidus")};
+  if (!(latent.heat > 0))
+    table.refuse("latent_heat", fmt::format("a latent heat of {:g} J/kg is not positive", latent.heat),
+                 "give the heat that melts one kilogram");
+  if (!(latent.liquidus > latent.solidus))
+    table.refuse("liquidus",
+                 fmt::format("the liquidus, {:g} K, is not above the solidus, {:g} K", latent.liquidus, latent.solidus),
+                 "melting takes a range of temperatures; of a pure substance take 1 K or less");
+  return latent;
+}
+
 }  // namespace
 
 std::unique_ptr<Material> make_simple_material(const std::string& name, SimpleProperties properties) {
@@ -209,6 +230,40 @@ std::unique_ptr<Material> make_simple_material(const std::string& name, SimplePr
                 fmt::format("the density of '{}', which melts, depends on temperature", name),
                 "a cell holds the same mass before and after: give one density");
   return std::make_unique<SimpleMaterial>(name, std::move(properties));
+}
+
+std::unique_ptr<Material> read_simple_material(const std::string& name, const Table& table, bool transient) {
+  std::optional<Function> k, rho, c;
+  if (table.has("library")) {
+    const SimpleProperties p = find_in_library(table.text("library"))->properties();
+    k = p.conductivity, rho = p.density, c = p.specific_heat;
+  }
+  if (table.has("conductivity")) k = table.function("conductivity");
+  if (table.has("density")) rho = table.function("density");
+  if (table.has("specific_heat")) c = table.function("specific_heat");
+  if (!k)
+    table.refuse("", fmt::format("[{}] has no conductivity", table.path()),
+                 "add conductivity = \"... W/(m K)\", or library = \"...\"");
+  for (const auto& [value, key, unit] : {std::tuple(&rho, "density", "kg/m^3"), {&c, "specific_heat", "J/(kg K)"}})
+    if (transient && !*value)
+      table.refuse("", fmt::format("[{}] has no {}, which a case with [time] needs", table.path(), key),
+                   fmt::format("add {} = \"... {}\"", key, unit));
+  return make_simple_material(name, {*k, rho, c, latent_heat(table)});
+}
+
+std::vector<Key> simple_keys() {
+  std::vector<std::string> library;
+  for (const auto& m : material_library()) library.push_back(m.name);
+  return {{"conductivity", Kind::function, "W/(m K)", optional,
+           "Conductivity, the same in all directions (anisotropic bodies are not supported)."},
+          {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
+          {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
+          {"latent_heat", Kind::quantity, "J/kg", optional,
+           "Heat of melting, taken up evenly between solidus and liquidus."},
+          {"solidus", Kind::quantity, "K", optional, "Temperature at which melting begins."},
+          {"liquidus", Kind::quantity, "K", optional, "Temperature at which melting ends."},
+          {"library", Kind::choice, "", optional,
+           "Takes the values of a built-in material; keys written beside it replace single values.", library}};
 }
 
 }  // namespace calor

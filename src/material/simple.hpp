@@ -4,7 +4,10 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "case/case.hpp"
+#include "case/schema.hpp"
 #include "material/material.hpp"
 
 namespace calor {
@@ -29,5 +32,10 @@ struct SimpleProperties {
 /// Throws Error(bad_case) where density or specific heat depends on time, or the density of a material that melts on
 /// temperature.
 std::unique_ptr<Material> make_simple_material(const std::string& name, SimpleProperties properties);
+
+/// The same from [material.NAME]; `transient`: density and specific heat are needed.
+std::unique_ptr<Material> read_simple_material(const std::string& name, const Table& table, bool transient);
+/// The keys of that table.
+std::vector<Key> simple_keys();
 
 }  // namespace calor

@@ -53,6 +53,14 @@ class Euler final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_euler(const StepOptions& options) { return std::make_unique<Euler>(options); }
+IntegratorKind euler_integrator() {
+  return {.name = "euler",
+          .sentence = "explicit Euler with the stable step",
+          .make = [](const StepOptions& options) -> std::unique_ptr<Integrator> {
+            return std::make_unique<Euler>(options);
+          },
+          .is_adaptive = true,
+          .is_explicit = true};
+}
 
 }  // namespace calor

@@ -1,6 +1,5 @@
 #pragma once
-// Time integration: one-step methods on the enthalpy. An integrator knows the heat system and nothing of the method. A
-// new one is a new file and a line in integrators.cpp.
+// Time integration: one-step methods on the enthalpy. An integrator knows the heat system and nothing of the method.
 #include <functional>
 #include <memory>
 #include <string>

@@ -7,28 +7,17 @@
 #include <vector>
 
 namespace calor {
-namespace {
 
-struct IntegratorKind {
-  std::string name;
-  std::unique_ptr<Integrator> (*make)(const StepOptions&);
-  bool is_adaptive;  ///< chooses its steps where the case gives none
-  bool is_explicit;
-};
+IntegratorKind euler_integrator(), rkl2_integrator(), backward_euler_integrator(), crank_nicolson_integrator(),
+    tr_bdf2_integrator();
 
-/// One line per integrator.
-const std::vector<IntegratorKind>& kinds() {
-  static const std::vector<IntegratorKind> all = {{"euler", make_euler, true, true},
-                                                  {"rkl2", make_rkl2, true, true},
-                                                  {"backward-euler", make_backward_euler, false, false},
-                                                  {"crank-nicolson", make_crank_nicolson, false, false},
-                                                  {"tr-bdf2", make_tr_bdf2, true, false}};
+Registry<IntegratorKind>& integrators() {
+  static Registry<IntegratorKind> all = {euler_integrator(), rkl2_integrator(), backward_euler_integrator(),
+                                         crank_nicolson_integrator(), tr_bdf2_integrator()};
   return all;
 }
 
-const IntegratorKind& kind_of(const std::string& name) {
-  return *std::ranges::find(kinds(), name, &IntegratorKind::name);
-}
+namespace {
 
 /// Lines factorise cheaply; elsewhere super-time-stepping needs no matrix and wins until the problem is very stiff.
 std::string automatic(const Table& time, HeatSystem& system, State& start) {
@@ -69,7 +58,8 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     c.root().refuse("time", "a transient case needs density and specific_heat of every material",
                     "add them, or take [steady] instead of [time]");
   const bool is_automatic = !time.has("integrator") || time.text("integrator") == "automatic";
-  const IntegratorKind& kind = kind_of(is_automatic ? automatic(time, system, start) : time.text("integrator"));
+  const IntegratorKind& kind =
+      *integrators().find(is_automatic ? automatic(time, system, start) : time.text("integrator"));
   if (system.has_massless_points() && kind.name == "rkl2")
     time.refuse("integrator",
                 fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
@@ -109,18 +99,17 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
 }
 
 void declare_time(Schema& schema) {
-  std::vector<std::string> names{"automatic"};
-  for (const IntegratorKind& kind : kinds()) names.push_back(kind.name);
+  std::vector<std::string> names = integrators().names();
+  names.insert(names.begin(), "automatic");
   schema.add(
       {.path = "time",
        .sentence = "A transient run from t = 0. Steps land on output times and on jumps and kinks of tables in time.",
        .keys = {{"end", Kind::quantity, "s", required, "End of the run."},
                 {"integrator", Kind::choice, "", "automatic",
-                 "euler (explicit), rkl2 (explicit super-time-stepping), backward-euler, crank-nicolson, tr-bdf2 "
-                 "(implicit); "
                  "automatic: euler for correction = \"paper\"; tr-bdf2 for lines, very stiff problems and parameters "
                  "of MLPG "
-                 "with a constant heat capacity; otherwise rkl2.",
+                 "with a constant heat capacity; otherwise rkl2." +
+                     integrators().sentences(),
                  names},
                 {"step", Kind::quantity, "s", optional,
                  "Fixed step. Without it euler takes the stable step; rkl2 and tr-bdf2 control their error; and no "

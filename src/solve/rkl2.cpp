@@ -156,6 +156,13 @@ class Rkl2 final : public Stepper {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_rkl2(const StepOptions& options) { return std::make_unique<Rkl2>(options); }
+IntegratorKind rkl2_integrator() {
+  return {
+      .name = "rkl2",
+      .sentence = "explicit super-time-stepping of second order, controls its error",
+      .make = [](const StepOptions& options) -> std::unique_ptr<Integrator> { return std::make_unique<Rkl2>(options); },
+      .is_adaptive = true,
+      .is_explicit = true};
+}
 
 }  // namespace calor

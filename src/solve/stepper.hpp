@@ -1,10 +1,13 @@
 #pragma once
 // What all integrators share: stretches of time without events in the data, step sizes, error tolerances.
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <vector>
 
+#include "case/registry.hpp"
 #include "solve/integrator.hpp"
 
 namespace calor {
@@ -95,17 +98,13 @@ class StepControl {
   bool was_rejected_ = false;
 };
 
-// The integrators, one file each.
-
-/// Explicit Euler; the only transient one that knows algebraic walls.
-std::unique_ptr<Integrator> make_euler(const StepOptions& options);
-/// Super-time-stepping of second order (Meyer, Balsara & Aslam 2014).
-std::unique_ptr<Integrator> make_rkl2(const StepOptions& options);
-/// Fixed steps.
-std::unique_ptr<Integrator> make_backward_euler(const StepOptions& options);
-/// Fixed steps; the first two after a start or a jump are four half steps of backward Euler (Rannacher 1984).
-std::unique_ptr<Integrator> make_crank_nicolson(const StepOptions& options);
-/// Trapezoidal rule and BDF2 in one step, with an embedded error (Hosea & Shampine 1996).
-std::unique_ptr<Integrator> make_tr_bdf2(const StepOptions& options);
+/// A value of [time] integrator. A new one is a new file and its name in integrators.cpp.
+struct IntegratorKind {
+  std::string name, sentence;
+  std::unique_ptr<Integrator> (*make)(const StepOptions& options);
+  bool is_adaptive = false;  ///< chooses its steps where the case gives none
+  bool is_explicit = false;
+};
+Registry<IntegratorKind>& integrators();
 
 }  // namespace calor

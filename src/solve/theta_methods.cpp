@@ -78,12 +78,21 @@ class CrankNicolson final : public ThetaMethod {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_backward_euler(const StepOptions& options) {
-  return std::make_unique<BackwardEuler>(options);
+IntegratorKind backward_euler_integrator() {
+  return {.name = "backward-euler",
+          .sentence = "implicit, of first order, fixed steps",
+          .make = [](const StepOptions& options) -> std::unique_ptr<Integrator> {
+            return std::make_unique<BackwardEuler>(options);
+          }};
 }
 
-std::unique_ptr<Integrator> make_crank_nicolson(const StepOptions& options) {
-  return std::make_unique<CrankNicolson>(options);
+/// The first two steps after a start or a jump are four half steps of backward Euler (Rannacher 1984).
+IntegratorKind crank_nicolson_integrator() {
+  return {.name = "crank-nicolson",
+          .sentence = "implicit, of second order, fixed steps",
+          .make = [](const StepOptions& options) -> std::unique_ptr<Integrator> {
+            return std::make_unique<CrankNicolson>(options);
+          }};
 }
 
 }  // namespace calor

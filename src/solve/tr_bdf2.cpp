@@ -100,6 +100,14 @@ class TrBdf2 final : public ImplicitStepper {
 
 }  // namespace
 
-std::unique_ptr<Integrator> make_tr_bdf2(const StepOptions& options) { return std::make_unique<TrBdf2>(options); }
+IntegratorKind tr_bdf2_integrator() {
+  return {.name = "tr-bdf2",
+          .sentence = "implicit, of second order, controls its error",
+          .make = [](const StepOptions& options) -> std::unique_ptr<Integrator> {
+            return std::make_unique<TrBdf2>(options);
+          },
+          .is_adaptive = true,
+          .is_explicit = false};
+}
 
 }  // namespace calor

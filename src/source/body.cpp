@@ -3,8 +3,8 @@
 #include <vector>
 
 #include "base/point_function.hpp"
-#include "source/kinds.hpp"
 #include "source/path.hpp"
+#include "source/source.hpp"
 
 namespace calor {
 namespace {
@@ -45,18 +45,20 @@ class BodySource final : public Source {
 
 }  // namespace
 
-const SourceKind body_source = {
-    .key = "power_density",
-    .declare =
-        [](Schema& schema) {
-          schema.add({.path = "source.*",
-                      .sentence = "A heat source in the body.",
-                      .keys = {{"power_density", Kind::function, "W/m^3", optional,
-                                "Power per volume, of place, time and temperature; > 0 heats."}}});
-        },
-    .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
-      refuse_path(table);
-      return std::make_unique<BodySource>(name, table.function("power_density"), cloud);
-    }};
+SourceKind body_source() {
+  return {.name = "power_density",
+          .sentence = "A heat source in the body",
+          .declare =
+              [](Schema& schema) {
+                schema.add({.path = "source.*",
+                            .sentence = "A heat source in the body.",
+                            .keys = {{"power_density", Kind::function, "W/m^3", optional,
+                                      "Power per volume, of place, time and temperature; > 0 heats."}}});
+              },
+          .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
+            refuse_path(table);
+            return std::make_unique<BodySource>(name, table.function("power_density"), cloud);
+          }};
+}
 
 }  // namespace calor

@@ -48,8 +48,8 @@ std::optional<LatticeCells> lattice_cells(const Cloud& cloud, const BoxBody& box
   const Lattice& lattice = *cloud.lattice;
   LatticeCells cells;
   for (int a = 0; a < box.dimension; ++a) {
-    cells.wall[a].push_back(lattice.cell(a, 0).first);
-    for (std::int64_t i = 0; i < lattice.box().points[a]; ++i) cells.wall[a].push_back(lattice.cell(a, i).second);
+    cells.planes[a].push_back(lattice.cell(a, 0).first);
+    for (std::int64_t i = 0; i < lattice.box().points[a]; ++i) cells.planes[a].push_back(lattice.cell(a, i).second);
   }
   cells.index.resize(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {

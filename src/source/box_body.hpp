@@ -20,9 +20,9 @@ struct BoxBody {
 /// Nothing where the faces are not the walls of a box that the cloud fills. Collective.
 std::optional<BoxBody> box_body(const Cloud& cloud);
 
-/// The cells of a lattice: those of axis a lie between wall[a][i] and wall[a][i+1].
+/// The cells of a lattice: those of axis a lie between planes[a][i] and planes[a][i+1].
 struct LatticeCells {
-  std::array<std::vector<double>, 3> wall;         ///< m; none along axes that the box does not have
+  std::array<std::vector<double>, 3> planes;       ///< m; none along axes that the box does not have
   std::vector<std::array<std::int32_t, 3>> index;  ///< of the owned points
 };
 /// Nothing where the points are not those of an unjittered lattice.

@@ -1,34 +1,42 @@
-// A Gaussian column through the body: Q = q / (2 pi sigma^2 h) exp(-r^2 / (2 sigma^2)), h the thickness.
+// Sources through the whole body along an axis, the thickness of a plate: a Gaussian column, and a line as narrow as
+// the points can tell, spread evenly over one spacing around its position. The temperature on a line has no limit as
+// the spacing shrinks; farther away it has.
+#include <algorithm>
 #include <cmath>
 
-#include "source/kinds.hpp"
-#include "source/moving_source.hpp"
+#include "base/parallel.hpp"
+#include "source/source_profile.hpp"
 
 namespace calor {
 
-const SourceKind column_source = {
-    .key = "column",
-    .declare =
-        [](Schema& schema) {
-          schema.add({.path = "source.*",
-                      .sentence = "A Gaussian column through the body.",
-                      .keys = {{"column", Kind::table, "", optional, "A Gaussian column along an axis."}}});
-          std::vector<Key> keys = sigma_keys();
-          keys.push_back({"along", Kind::choice, "", "z", "Axis of the column in 3D.", {"x", "y", "z"}});
-          schema.add({.path = "source.*.column",
-                      .sentence = "A Gaussian column through the body along an axis: through the thickness of a plate.",
-                      .keys = keys});
-        },
-    .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
-      const Table column = table.sub("column");
-      const double sigma = sigma_of(column);
-      return make_moving_source(name, table, cloud,
-                                {.along = SourceProfile::gaussian(sigma),
-                                 .across = SourceProfile::gaussian(sigma),
-                                 .is_round = true,
-                                 .axis = axis_through(column, cloud.dimension),
-                                 .radius = std::sqrt(6) * sigma,
-                                 .sigma = sigma});
-    }};
+SourceProfileKind line_profile() {
+  return {.name = "line",
+          .sentence =
+              "A line of heat through the body along an axis: through the thickness of a plate. Its power is "
+              "spread over one spacing",
+          .keys = {{"along", Kind::choice, "", "z", "Axis of the line in 3D.", {"x", "y", "z"}}},
+          .make = [](const Table& line, const Cloud& cloud) -> SourceProfile {
+            double spacing = 0;
+            for (int i = 0; i < cloud.owned; ++i) spacing = std::max(spacing, cloud.spacing[i]);
+            const AxisProfile narrow = AxisProfile::box(max(cloud.comm, spacing));
+            return {.along = narrow, .across = narrow, .is_round = true, .axis = axis_through(line, cloud.dimension)};
+          }};
+}
+
+/// Q = q / (2 pi sigma^2 h) exp(-r^2 / (2 sigma^2)), h the thickness.
+SourceProfileKind column_profile() {
+  return {.name = "column",
+          .sentence = "A Gaussian column through the body along an axis: through the thickness of a plate",
+          .keys = sigma_keys({{"along", Kind::choice, "", "z", "Axis of the column in 3D.", {"x", "y", "z"}}}),
+          .make = [](const Table& column, const Cloud& cloud) -> SourceProfile {
+            const double sigma = sigma_of(column);
+            return {.along = AxisProfile::gaussian(sigma),
+                    .across = AxisProfile::gaussian(sigma),
+                    .is_round = true,
+                    .axis = axis_through(column, cloud.dimension),
+                    .radius = std::sqrt(6) * sigma,
+                    .sigma = sigma};
+          }};
+}
 
 }  // namespace calor

@@ -12,6 +12,7 @@
 #include "cloud/cell_samples.hpp"
 #include "cloud/cells.hpp"
 #include "source/box_body.hpp"
+#include "source/path.hpp"
 
 namespace calor {
 namespace {
@@ -20,33 +21,34 @@ constexpr double infinity = std::numeric_limits<double>::infinity();
 /// A source whose place has left the body still gives all of its heat while this part of it would fall inside.
 constexpr double least_part_inside = 1e-3;
 
-/// A source at one time: its shape in the axes of the coordinates.
+/// A source at one time: its profile in the axes of the coordinates.
 class Placed {
  public:
-  Placed(const Shape& shape, const Pose& pose, int dimension) : shape_(shape), x0_(pose.place), dimension_(dimension) {
+  Placed(const SourceProfile& profile, const Pose& pose, int dimension)
+      : profile_(profile), x0_(pose.place), dimension_(dimension) {
     Vec3 normal;
-    normal[shape.axis] = shape.into;
+    normal[profile.axis] = profile.into;
     // Motion along the normal, as over a curved face, does not tilt the source.
     along_ = pose.direction - dot(pose.direction, normal) * normal;
-    if (norm(along_) < 1e-6) along_ = Vec3{}, along_[(shape.axis + 1) % 3] = 1;
+    if (norm(along_) < 1e-6) along_ = Vec3{}, along_[(profile.axis + 1) % 3] = 1;
     along_ *= 1 / norm(along_);
     across_ = cross(normal, along_);
   }
 
   /// Is the density a product over the axes of the coordinates?
   bool is_product() const {
-    return shape_.is_round || std::max({std::abs(along_.x), std::abs(along_.y), std::abs(along_.z)}) > 1 - 1e-12;
+    return profile_.is_round || std::max({std::abs(along_.x), std::abs(along_.y), std::abs(along_.z)}) > 1 - 1e-12;
   }
   /// Integral between two coordinates of one factor of the product.
   double between(int axis, double low, double high) const {
     const bool forward = factor_sign(axis) > 0;
     const double a = forward ? low - x0_[axis] : x0_[axis] - high, b = forward ? high - x0_[axis] : x0_[axis] - low;
-    const SourceProfile& p = factor(axis);
+    const AxisProfile& p = factor(axis);
     return p.below(b) - p.below(a);
   }
-  const SourceProfile& factor(int axis) const {
-    if (axis == shape_.axis) return shape_.depth;
-    return shape_.is_round || std::abs(along_[axis]) > 0.5 ? shape_.along : shape_.across;
+  const AxisProfile& factor(int axis) const {
+    if (axis == profile_.axis) return profile_.depth;
+    return profile_.is_round || std::abs(along_[axis]) > 0.5 ? profile_.along : profile_.across;
   }
 
   /// One factor of the product, 1/m.
@@ -54,40 +56,40 @@ class Placed {
   /// Per m^d; `even` profiles count as 1.
   double density(const Vec3& x) const {
     const Vec3 r = x - x0_;
-    double density = shape_.along.density(dot(r, along_));
-    if (dimension_ > 1 && density > 0) density *= shape_.across.density(dot(r, across_));
-    if (dimension_ > 2 && density > 0 && !shape_.depth.is_even() && !shape_.face)
-      density *= shape_.depth.density(shape_.into * r[shape_.axis]);
+    double density = profile_.along.density(dot(r, along_));
+    if (dimension_ > 1 && density > 0) density *= profile_.across.density(dot(r, across_));
+    if (dimension_ > 2 && density > 0 && !profile_.depth.is_even() && !profile_.face)
+      density *= profile_.depth.density(profile_.into * r[profile_.axis]);
     return density;
   }
   const Vec3& location() const { return x0_; }
   /// Does the density change along this axis?
   bool varies(int axis) const {
-    return axis < dimension_ && !(axis == shape_.axis && (shape_.face || shape_.depth.is_even()));
+    return axis < dimension_ && !(axis == profile_.axis && (profile_.face || profile_.depth.is_even()));
   }
   std::array<bool, 3> varies() const { return {varies(0), varies(1), varies(2)}; }
-  /// Along an axis; a shape that is no product over the axes may be turned in any way.
+  /// Along an axis; a profile that is no product over the axes may be turned in any way.
   double reach(int axis) const {
-    return axis == shape_.axis ? shape_.depth.reach() : std::max(shape_.along.reach(), shape_.across.reach());
+    return axis == profile_.axis ? profile_.depth.reach() : std::max(profile_.along.reach(), profile_.across.reach());
   }
 
  private:
   double factor_sign(int axis) const {
-    if (axis == shape_.axis) return shape_.into;
-    return shape_.is_round || along_[axis] > -0.5 ? 1 : -1;
+    if (axis == profile_.axis) return profile_.into;
+    return profile_.is_round || along_[axis] > -0.5 ? 1 : -1;
   }
 
-  const Shape& shape_;
+  const SourceProfile& profile_;
   Vec3 x0_, along_, across_;
   int dimension_;
 };
 
 class MovingSource final : public Source {
  public:
-  MovingSource(const std::string& name, const Table& table, const Cloud& cloud, const Shape& shape, Path path)
+  MovingSource(const std::string& name, const Table& table, const Cloud& cloud, const SourceProfile& profile, Path path)
       : Source(name),
         cloud_(cloud),
-        shape_(shape),
+        profile_(profile),
         path_(std::move(path)),
         efficiency_(table.number("efficiency")),
         part_(table.flag("half") ? 0.5 : 1),
@@ -95,7 +97,8 @@ class MovingSource final : public Source {
         box_(box_body(cloud)) {
     if (box_) cells_ = lattice_cells(cloud, *box_);
     double low = infinity, high = -infinity;
-    for (const Vec3& x : cloud.owned_points()) low = std::min(low, x[shape.axis]), high = std::max(high, x[shape.axis]);
+    for (const Vec3& x : cloud.owned_points())
+      low = std::min(low, x[profile.axis]), high = std::max(high, x[profile.axis]);
     extent_ = max(cloud.comm, high) - min(cloud.comm, low);
   }
 
@@ -109,24 +112,24 @@ class MovingSource final : public Source {
     is_on_lattice_ = false;
     point_.clear(), share_.clear();
     if (asked_ == 0) return;
-    const Placed placed(shape_, *pose, cloud_.dimension);
+    const Placed placed(profile_, *pose, cloud_.dimension);
     // Mirror images at the plane walls of a box give the walls no heat flux through them; elsewhere what falls beside
-    // the body is made up for by a factor. Subdomains that overlap leave out or count twice what folding brings in,
+    // the body is made up for by a factor. Subdomains that overlap leave out or count twice what the images bring in,
     // too.
-    const bool fold = (normalise_ || subdomains_) && box_ && box_->holds(placed.location(), placed.varies());
+    const bool images = (normalise_ || subdomains_) && box_ && box_->holds(placed.location(), placed.varies());
     is_on_lattice_ = cells_ && !subdomains_ && placed.is_product();
     double inside;  // the part of the heat that falls on the body
     if (is_on_lattice_) {
-      inside = fill_factors(placed, fold);
+      inside = fill_factors(placed, images);
     } else {
-      shape_.face ? fill_facets(placed, fold) : fill_samples(placed, fold);
+      profile_.face ? fill_facets(placed, images) : fill_samples(placed, images);
       inside = sum(cloud_.comm, share_);
     }
     if (!normalise_)
-      power_ = fold ? asked_ : asked_ / part_;  // without images, half of a half model's heat falls beside the body
+      power_ = images ? asked_ : asked_ / part_;  // without images, half of a half model's heat falls beside the body
     else
-      power_ = asked_ / (fold || inside / part_ >= least_part_inside ? inside : 1);
-    if (normalise_ && fold && !(inside > 0))
+      power_ = asked_ / (images || inside / part_ >= least_part_inside ? inside : 1);
+    if (normalise_ && images && !(inside > 0))
       throw Error(Fault::numbers,
                   fmt::format("source '{}' falls between the samples of the cells at t = {:g} s", name, t),
                   "give it a larger radius, or the cloud a smaller spacing");
@@ -154,30 +157,30 @@ class MovingSource final : public Source {
   std::optional<double> energy_asked(double t) const override { return efficiency_ * part_ * path_.energy(t); }
   double longest_step(double begin, double end) const override {
     const double speed = path_.fastest(begin, end);
-    return speed > 0 ? 0.3 * shape_.sigma / speed : infinity;
+    return speed > 0 ? 0.3 * profile_.sigma / speed : infinity;
   }
 
  private:
   /// Exact integrals over the boxes of a lattice, as factors along its axes; returns their sum.
-  double fill_factors(const Placed& placed, bool fold) {
+  double fill_factors(const Placed& placed, bool images) {
     double inside = 1;
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double>& f = factor_[axis];
       f.assign(1, 1.0);
       if (axis >= cloud_.dimension) continue;
-      const std::vector<double>& wall = cells_->wall[axis];
-      const double low = wall.front(), length = wall.back() - low;
-      f.assign(wall.size() - 1, 0.0);
+      const std::vector<double>& planes = cells_->planes[axis];
+      const double low = planes.front(), length = planes.back() - low;
+      f.assign(planes.size() - 1, 0.0);
       if (placed.varies(axis)) {
         for (std::size_t i = 0; i < f.size(); ++i)
-          for_each_image(placed, axis, fold, [&](double sign, double shift) {
-            const double a = sign * wall[i] + shift, b = sign * wall[i + 1] + shift;
+          for_each_image(placed, axis, images, [&](double sign, double shift) {
+            const double a = sign * planes[i] + shift, b = sign * planes[i + 1] + shift;
             f[i] += placed.between(axis, std::min(a, b), std::max(a, b));
           });
-      } else if (shape_.face) {
-        (*shape_.face % 2 ? f.back() : f.front()) = 1;
+      } else if (profile_.face) {
+        (*profile_.face % 2 ? f.back() : f.front()) = 1;
       } else {
-        for (std::size_t i = 0; i < f.size(); ++i) f[i] = (wall[i + 1] - wall[i]) / length;
+        for (std::size_t i = 0; i < f.size(); ++i) f[i] = (planes[i + 1] - planes[i]) / length;
       }
       inside *= std::accumulate(f.begin(), f.end(), 0.0);
     }
@@ -185,11 +188,11 @@ class MovingSource final : public Source {
   }
 
   /// The mirror images sign x + shift of a coordinate x of the body in both walls, repeated as far as the source
-  /// reaches; without `fold` only x itself.
+  /// reaches; without `images` only x itself.
   template <class Use>
-  void for_each_image(const Placed& placed, int axis, bool fold, const Use& use) const {
+  void for_each_image(const Placed& placed, int axis, bool images, const Use& use) const {
     use(1, 0);
-    if (!fold || !placed.varies(axis)) return;
+    if (!images || !placed.varies(axis)) return;
     const double low = box_->low[axis], high = box_->high[axis], period = 2 * (high - low);
     const double from = placed.location()[axis] - placed.reach(axis), to = placed.location()[axis] + placed.reach(axis);
     const int most = 1 + static_cast<int>(placed.reach(axis) / period);
@@ -200,9 +203,9 @@ class MovingSource final : public Source {
     }
   }
 
-  void fill_samples(const Placed& placed, bool fold) {
+  void fill_samples(const Placed& placed, bool images) {
     // A column has the same density along its axis, over the length of the body.
-    const double scale = 1 / cloud_.cross_section / (cloud_.dimension == 3 && shape_.depth.is_even() ? extent_ : 1);
+    const double scale = 1 / cloud_.cross_section / (cloud_.dimension == 3 && profile_.depth.is_even() ? extent_ : 1);
     constexpr double sampled = 0.6;  // of the reach: 5 sigma; samples do not tell what lies beyond
     for (int i = 0; i < cloud_.owned; ++i) {
       bool is_far = false;
@@ -213,7 +216,7 @@ class MovingSource final : public Source {
       const auto [begin, end] = samples_of(i);
       const CellSamples& samples = subdomains_ ? *subdomains_ : samples_;
       double share = 0;
-      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], fold);
+      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], images);
       if (share == 0) continue;
       point_.push_back(i);
       share_.push_back(share);
@@ -237,23 +240,23 @@ class MovingSource final : public Source {
     return {samples_.row[row_[i]], samples_.row[row_[i] + 1]};
   }
 
-  void fill_facets(const Placed& placed, bool fold) {
+  void fill_facets(const Placed& placed, bool images) {
     for (const Facet& facet : cloud_.facets) {
-      if (facet.face != *shape_.face) continue;
-      const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], fold);
+      if (facet.face != *profile_.face) continue;
+      const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], images);
       if (share == 0) continue;
       point_.push_back(facet.point);
       share_.push_back(share);
     }
   }
 
-  double density(const Placed& placed, const Vec3& x, bool fold) const {
+  double density(const Placed& placed, const Vec3& x, bool images) const {
     if (placed.is_product()) {
       double product = 1;
       for (int axis = 0; axis < cloud_.dimension && product > 0; ++axis) {
         if (!placed.varies(axis)) continue;
         double density = 0;
-        for_each_image(placed, axis, fold,
+        for_each_image(placed, axis, images,
                        [&](double sign, double shift) { density += placed.density(axis, sign * x[axis] + shift); });
         product *= density;
       }
@@ -261,11 +264,11 @@ class MovingSource final : public Source {
     }
     double density = 0;
     Vec3 image;
-    for_each_image(placed, 0, fold, [&](double sign, double shift) {
+    for_each_image(placed, 0, images, [&](double sign, double shift) {
       image.x = sign * x.x + shift;
-      for_each_image(placed, 1, fold, [&](double sign, double shift) {
+      for_each_image(placed, 1, images, [&](double sign, double shift) {
         image.y = sign * x.y + shift;
-        for_each_image(placed, 2, fold, [&](double sign, double shift) {
+        for_each_image(placed, 2, images, [&](double sign, double shift) {
           image.z = sign * x.z + shift;
           density += placed.density(image);
         });
@@ -275,7 +278,7 @@ class MovingSource final : public Source {
   }
 
   const Cloud& cloud_;
-  Shape shape_;
+  SourceProfile profile_;
   Path path_;
   double efficiency_, part_;
   bool normalise_;
@@ -334,7 +337,7 @@ double spacing_along(const Path& path, const Cloud& cloud, double near, const st
 }  // namespace
 
 std::unique_ptr<Source> make_moving_source(const std::string& name, const Table& table, const Cloud& cloud,
-                                           const Shape& shape) {
+                                           const SourceProfile& profile) {
   const double efficiency = table.number("efficiency");
   if (!(efficiency > 0 && efficiency <= 1))
     table.refuse("efficiency", fmt::format("an efficiency of {:g} does not lie between 0 and 1", efficiency),
@@ -344,62 +347,23 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
   for (int i = 0; i < cloud.owned; ++i) widest = std::max(widest, cloud.spacing[i]);
   std::array<bool, 3> varies{};
   for (int axis = 0; axis < cloud.dimension; ++axis)
-    varies[axis] = axis != shape.axis || !(shape.face || shape.depth.is_even());
-  const double near = shape.radius + max(cloud.comm, widest);
+    varies[axis] = axis != profile.axis || !(profile.face || profile.depth.is_even());
+  const double near = profile.radius + max(cloud.comm, widest);
   const double spacing = max(cloud.comm, spacing_along(path, cloud, near, varies));
   if (spacing == 0)
     table.refuse(table.has("at")     ? "at"
                  : table.has("path") ? "path"
                                      : "pass",
                  fmt::format("the source '{}' never touches the body", name), "move it onto the body");
-  Shape resolved = shape;
+  SourceProfile resolved = profile;
   if (resolved.sigma == 0) resolved.sigma = spacing;
   auto source = std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
-  if (shape.radius > 0 && shape.radius < 2 * spacing)
+  if (profile.radius > 0 && profile.radius < 2 * spacing)
     source->notes.push_back(fmt::format(
         "{}: the source '{}' has a radius of {:.3g} mm, less than two spacings of {:.3g} mm: its power is right, "
         "temperatures near it are not resolved",
-        table.location().text(), name, 1e3 * shape.radius, 1e3 * spacing));
+        table.location().text(), name, 1e3 * profile.radius, 1e3 * spacing));
   return source;
-}
-
-double sigma_of(const Table& table) {
-  if (table.has("sigma") == table.has("radius"))
-    table.refuse(
-        table.has("sigma") ? "radius" : "",
-        table.has("sigma") ? "the source has a sigma and a radius" : fmt::format("[{}] has no size", table.path()),
-        "give radius = \"5 mm\" or sigma; radius = sqrt(6) sigma");
-  const std::string key = table.has("sigma") ? "sigma" : "radius";
-  return positive_length(table, key) / (key == "sigma" ? 1 : std::sqrt(6));
-}
-
-std::vector<Key> sigma_keys() {
-  return {{"sigma", Kind::quantity, "m", optional, "Standard deviation: heat goes as exp(-r^2 / (2 sigma^2))."},
-          {"radius", Kind::quantity, "m", optional, "The same as exp(-3 r^2 / radius^2): radius = sqrt(6) sigma."}};
-}
-
-double positive_length(const Table& table, const std::string& key) {
-  const double length = table.number(key);
-  if (!(length > 0))
-    table.refuse(key, fmt::format("{} = {:g} m is not positive", key, length), "give a positive length");
-  return length;
-}
-
-Direction direction_of(const Table& table, const std::string& key, int dimension) {
-  const std::string text = table.text(key);
-  const Direction d{.axis = text.back() - 'x', .sign = text.front() == '-' ? -1.0 : 1.0};
-  if (d.axis >= dimension)
-    table.refuse(key, fmt::format("the body has no axis {}: it is {}D", text.back(), dimension),
-                 dimension == 2 ? "choose x or y" : "choose x");
-  return d;
-}
-
-int axis_through(const Table& table, int dimension) {
-  const int axis = table.text("along")[0] - 'x';
-  if (dimension < 3 && axis != 2)
-    table.refuse("along", fmt::format("in a body of {}D heat goes in evenly through its thickness", dimension),
-                 "leave 'along' out");
-  return axis;
 }
 
 }  // namespace calor

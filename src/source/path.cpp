@@ -200,7 +200,7 @@ double Path::fastest(double begin, double end) const {
 void refuse_path(const Table& source) {
   for (const char* key : {"power", "efficiency", "half", "normalise", "at", "path", "pass"})
     if (source.has(key))
-      source.refuse(key, fmt::format("'{}' goes with a line, column, surface or goldak", key), "leave it out");
+      source.refuse(key, fmt::format("'{}' goes with a {}", key, source_profiles().listed()), "leave it out");
 }
 
 void declare_paths(Schema& schema) {

@@ -1,5 +1,5 @@
 #pragma once
-// Heat sources inside the body. A new kind is a new file and a line in sources.cpp.
+// Heat sources inside the body. A new kind is a new file and its name in sources.cpp.
 #include <limits>
 #include <memory>
 #include <optional>
@@ -8,8 +8,7 @@
 #include <vector>
 
 #include "base/function.hpp"
-#include "case/case.hpp"
-#include "case/schema.hpp"
+#include "case/registry.hpp"
 #include "cloud/cell_samples.hpp"
 #include "cloud/cloud.hpp"
 
@@ -42,6 +41,16 @@ class Source {
   const std::string name;          ///< its account in energy.csv
   std::vector<std::string> notes;  ///< what a user should know about it
 };
+
+struct SourceKind {
+  std::string name;  ///< its key in [source.*], which has exactly one of them
+  std::string sentence;
+  void (*declare)(Schema& schema);
+  /// `table`: [source.NAME]. The cloud must outlive the source. Collective; throws Error on all ranks, or, before
+  /// anything collective, on some.
+  std::unique_ptr<Source> (*make)(const std::string& name, const Table& table, const Cloud& cloud);
+};
+Registry<SourceKind>& source_kinds();
 
 /// Sources of [source.*] on the cloud. Collective; throws Error.
 std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cloud);

@@ -1,28 +1,70 @@
 #include "source/source_profile.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 namespace calor {
 
-double SourceProfile::below(double s) const {
+SourceProfileKind line_profile(), column_profile(), surface_profile(), goldak_profile();
+
+Registry<SourceProfileKind>& source_profiles() {
+  static Registry<SourceProfileKind> all = {line_profile(), column_profile(), surface_profile(), goldak_profile()};
+  return all;
+}
+
+double AxisProfile::below(double s) const {
   if (kind_ == Kind::box) return std::clamp(s / ahead_ + 0.5, 0.0, 1.0);
   const double part_behind = 1 - part_ahead_;
   return s < 0 ? part_behind * std::erfc(-s / (std::numbers::sqrt2 * behind_))
                : part_behind + part_ahead_ * std::erf(s / (std::numbers::sqrt2 * ahead_));
 }
 
-double SourceProfile::density(double s) const {
+double AxisProfile::density(double s) const {
   if (kind_ == Kind::box) return std::abs(s) <= 0.5 * ahead_ ? 1 / ahead_ : 0;
   const double sigma = s < 0 ? behind_ : ahead_, part = s < 0 ? 1 - part_ahead_ : part_ahead_;
   const double u = s / sigma;
   return 2 * part / (std::sqrt(2 * std::numbers::pi) * sigma) * std::exp(-0.5 * u * u);
 }
 
-double SourceProfile::reach() const {
+double AxisProfile::reach() const {
   constexpr double sigmas = 8.5;  // what lies beyond is less than rounding
   return kind_ == Kind::box ? 0.5 * ahead_ : sigmas * std::max(ahead_, behind_);
+}
+
+double sigma_of(const Table& table) {
+  if (table.has("sigma") == table.has("radius"))
+    table.refuse(
+        table.has("sigma") ? "radius" : "",
+        table.has("sigma") ? "the source has a sigma and a radius" : fmt::format("[{}] has no size", table.path()),
+        "give radius = \"5 mm\" or sigma; radius = sqrt(6) sigma");
+  const std::string key = table.has("sigma") ? "sigma" : "radius";
+  return positive_length(table, key) / (key == "sigma" ? 1 : std::sqrt(6));
+}
+
+std::vector<Key> sigma_keys(const std::vector<Key>& others) {
+  std::vector<Key> keys = {
+      {"sigma", Kind::quantity, "m", optional, "Standard deviation: heat goes as exp(-r^2 / (2 sigma^2))."},
+      {"radius", Kind::quantity, "m", optional, "The same as exp(-3 r^2 / radius^2): radius = sqrt(6) sigma."}};
+  keys.insert(keys.end(), others.begin(), others.end());
+  return keys;
+}
+
+double positive_length(const Table& table, const std::string& key) {
+  const double length = table.number(key);
+  if (!(length > 0))
+    table.refuse(key, fmt::format("{} = {:g} m is not positive", key, length), "give a positive length");
+  return length;
+}
+
+int axis_through(const Table& table, int dimension) {
+  const int axis = table.text("along")[0] - 'x';
+  if (dimension < 3 && axis != 2)
+    table.refuse("along", fmt::format("in a body of {}D heat goes in evenly through its thickness", dimension),
+                 "leave 'along' out");
+  return axis;
 }
 
 }  // namespace calor

@@ -1,20 +1,27 @@
 #pragma once
-// How the heat of a concentrated source is spread along one axis.
+// How a moving source spreads its heat: profiles along single axes, and their products in space. A new profile is a new
+// file and its name in source_profile.cpp.
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "case/registry.hpp"
+#include "cloud/cloud.hpp"
 
 namespace calor {
 
-/// A density of integral 1 along an axis, from the place of the source.
-class SourceProfile {
+/// A density of integral 1 along an axis, from the position of the source.
+class AxisProfile {
  public:
   /// exp(-s^2 / (2 sigma^2)) with one sigma ahead (s > 0) and one behind, and a part of the whole ahead.
-  static SourceProfile gaussian(double ahead, double behind, double part_ahead) {
+  static AxisProfile gaussian(double ahead, double behind, double part_ahead) {
     return {Kind::gaussian, ahead, behind, part_ahead};
   }
-  static SourceProfile gaussian(double sigma) { return gaussian(sigma, sigma, 0.5); }
+  static AxisProfile gaussian(double sigma) { return gaussian(sigma, sigma, 0.5); }
   /// The same density over a width, with the source in the middle.
-  static SourceProfile box(double width) { return {Kind::box, width, width, 0.5}; }
+  static AxisProfile box(double width) { return {Kind::box, width, width, 0.5}; }
   /// The same density throughout the body.
-  static SourceProfile even() { return {Kind::even, 0, 0, 0}; }
+  static AxisProfile even() { return {Kind::even, 0, 0, 0}; }
 
   double below(double s) const;    ///< integral up to s; not of `even`
   double density(double s) const;  ///< 1/m; not of `even`
@@ -23,11 +30,45 @@ class SourceProfile {
 
  private:
   enum class Kind { gaussian, box, even };
-  SourceProfile(Kind kind, double ahead, double behind, double part_ahead)
+  AxisProfile(Kind kind, double ahead, double behind, double part_ahead)
       : kind_(kind), ahead_(ahead), behind_(behind), part_ahead_(part_ahead) {}
 
   Kind kind_;
   double ahead_, behind_, part_ahead_;
 };
+
+/// A product of densities along the motion, across, and along an axis normal to both (bodies of fewer dimensions leave
+/// out the last ones).
+struct SourceProfile {
+  AxisProfile along, across;
+  bool is_round = false;  ///< the same in all directions normal to the axis
+  int axis = 2;
+  double into = 1;  ///< sign of the direction along the axis in which `depth` counts
+  AxisProfile depth = AxisProfile::even();
+  /// Heat enters by this face of the cloud alone; `depth` is not used.
+  std::optional<int> face = {};
+  double radius = 0;  ///< within which most of the heat goes in, m; 0: as small as the spacing allows
+  double sigma = 0;   ///< of its shortest side along the motion, m: steps in time resolve it
+};
+
+/// [source.NAME.PROFILE]
+struct SourceProfileKind {
+  std::string name, sentence;
+  std::vector<Key> keys;
+  /// From the table [source.NAME.PROFILE]. Collective; throws Error on all ranks, or, before anything collective, on
+  /// some.
+  SourceProfile (*make)(const Table& table, const Cloud& cloud);
+};
+Registry<SourceProfileKind>& source_profiles();
+
+/// sigma of a Gaussian from the keys `sigma` or `radius` (= sqrt(6) sigma, where exp(-3 r^2 / radius^2) has fallen to
+/// 5 %) of a table; exactly one must be given.
+double sigma_of(const Table& table);
+/// The two keys, before others.
+std::vector<Key> sigma_keys(const std::vector<Key>& others);
+/// A length of the table; refuses one that is not positive.
+double positive_length(const Table& table, const std::string& key);
+/// Axis of a line or column from the key `along`: z in a body of two dimensions or one, the normal of its plane.
+int axis_through(const Table& table, int dimension);
 
 }  // namespace calor

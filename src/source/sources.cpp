@@ -4,15 +4,38 @@
 #include <algorithm>
 
 #include "base/parallel.hpp"
-#include "source/kinds.hpp"
+#include "source/moving_source.hpp"
 #include "source/path.hpp"
+#include "source/source.hpp"
 
 namespace calor {
+
+SourceKind body_source();
+
+Registry<SourceKind>& source_kinds() {
+  static Registry<SourceKind> all = {body_source()};
+  return all;
+}
+
 namespace {
 
-const std::vector<SourceKind>& kinds() {
-  static const std::vector<SourceKind> all = {body_source, line_source, column_source, surface_source, goldak_source};
-  return all;
+/// What [source.NAME] is: one of the kinds, or a moving source of one of the profiles.
+std::unique_ptr<Source> make_source(const std::string& name, const Table& table, const Cloud& cloud) {
+  const auto kinds = source_kinds().given(table);
+  const auto profiles = source_profiles().given(table);
+  std::vector<std::string> given;
+  for (const SourceKind* kind : kinds) given.push_back(kind->name);
+  for (const SourceProfileKind* profile : profiles) given.push_back(profile->name);
+  if (given.size() > 1)
+    table.refuse(given.back(), fmt::format("[{}] is more than one kind of source", table.path()),
+                 fmt::format("keep one of: {}", fmt::join(given, ", ")));
+  if (given.empty())
+    table.refuse("", fmt::format("[{}] does not say how much heat it gives", table.path()),
+                 fmt::format("add one of: {}, {}", fmt::join(source_kinds().names(), ", "),
+                             fmt::join(source_profiles().names(), ", ")));
+  if (!kinds.empty()) return kinds.front()->make(name, table, cloud);
+  const SourceProfileKind& profile = *profiles.front();
+  return make_moving_source(name, table, cloud, profile.make(table.sub(profile.name), cloud));
 }
 
 }  // namespace
@@ -20,30 +43,23 @@ const std::vector<SourceKind>& kinds() {
 std::vector<std::unique_ptr<Source>> make_sources(const Case& c, const Cloud& cloud) {
   std::vector<std::unique_ptr<Source>> sources;
   for (const auto& [name, table] : c.section("source").children()) {
-    const auto& t = table;
-    const auto given = [&](const SourceKind& kind) { return t.has(kind.key); };
-    if (const auto count = std::ranges::count_if(kinds(), given); count != 1) {
-      std::vector<std::string> keys;
-      for (const auto& kind : kinds())
-        if (count == 0 || given(kind)) keys.push_back(kind.key);
-      table.refuse(count > 1 ? keys.back() : "",
-                   fmt::format("[{}] {}", table.path(),
-                               count > 1 ? "is more than one kind of source" : "does not say how much heat it gives"),
-                   fmt::format("{} one of: {}", count > 1 ? "keep" : "add", fmt::join(keys, ", ")));
-    }
-    const SourceKind& kind = *std::ranges::find_if(kinds(), given);
-    std::unique_ptr<Source> source;
-    collective_try(cloud.comm, [&] { source = kind.make(name, t, cloud); });
+    collective_try(cloud.comm,
+                   [&, &name = name, &table = table] { sources.push_back(make_source(name, table, cloud)); });
     if (std::ranges::count(c.section("boundary").children(), name, [](const auto& b) { return b.first; }))
       table.refuse("", fmt::format("'{}' is the name of a boundary too", name),
                    "give it another name: both have a column of that name in energy.csv");
-    sources.push_back(std::move(source));
   }
   return sources;
 }
 
 void declare_sources(Schema& schema) {
-  for (const auto& kind : kinds()) kind.declare(schema);
+  source_kinds().declare(schema);
+  for (const SourceProfileKind& profile : source_profiles()) {
+    schema.add({.path = "source.*",
+                .sentence = profile.sentence + ".",
+                .keys = {{profile.name, Kind::table, "", optional, "Makes it such a source."}}});
+    schema.add({.path = "source.*." + profile.name, .sentence = profile.sentence + ".", .keys = profile.keys});
+  }
   declare_paths(schema);
 }
 

@@ -6,8 +6,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
-#include "source/kinds.hpp"
-#include "source/moving_source.hpp"
+#include "source/source_profile.hpp"
 
 namespace calor {
 namespace {
@@ -30,29 +29,21 @@ std::pair<int, int> face_and_axis(const Table& surface, const Cloud& cloud) {
 
 }  // namespace
 
-const SourceKind surface_source = {
-    .key = "surface",
-    .declare =
-        [](Schema& schema) {
-          schema.add({.path = "source.*",
-                      .sentence = "A Gaussian heat flux on a face.",
-                      .keys = {{"surface", Kind::table, "", optional, "A Gaussian heat flux on a face."}}});
-          std::vector<Key> keys = sigma_keys();
-          keys.insert(keys.begin(), {"face", Kind::text, "", required, "Face of the cloud that is heated."});
-          schema.add({.path = "source.*.surface", .sentence = "A Gaussian heat flux on a face.", .keys = keys});
-        },
-    .make = [](const std::string& name, const Table& table, const Cloud& cloud) -> std::unique_ptr<Source> {
-      const Table surface = table.sub("surface");
-      const double sigma = sigma_of(surface);
-      const auto [face, axis] = face_and_axis(surface, cloud);
-      return make_moving_source(name, table, cloud,
-                                {.along = SourceProfile::gaussian(sigma),
-                                 .across = SourceProfile::gaussian(sigma),
-                                 .is_round = true,
-                                 .axis = axis,
-                                 .face = face,
-                                 .radius = std::sqrt(6) * sigma,
-                                 .sigma = sigma});
-    }};
+SourceProfileKind surface_profile() {
+  return {.name = "surface",
+          .sentence = "A Gaussian heat flux on a face",
+          .keys = sigma_keys({{"face", Kind::text, "", required, "Face of the cloud that is heated."}}),
+          .make = [](const Table& surface, const Cloud& cloud) -> SourceProfile {
+            const double sigma = sigma_of(surface);
+            const auto [face, axis] = face_and_axis(surface, cloud);
+            return {.along = AxisProfile::gaussian(sigma),
+                    .across = AxisProfile::gaussian(sigma),
+                    .is_round = true,
+                    .axis = axis,
+                    .face = face,
+                    .radius = std::sqrt(6) * sigma,
+                    .sigma = sigma};
+          }};
+}
 
 }  // namespace calor

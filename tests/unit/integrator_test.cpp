@@ -25,6 +25,8 @@ StepOptions within(double tolerance) {
   options.tolerance = tolerance;
   return options;
 }
+/// What makes the integrator of that name.
+auto maker(const std::string& name) { return integrators().find(name)->make; }
 const AfterStep go_on = [](const State&) { return true; };
 
 struct Named {
@@ -32,12 +34,12 @@ struct Named {
   std::unique_ptr<Integrator> (*make)(const StepOptions&);
   int order;
 };
-const std::vector<Named>& integrators() {
-  static const std::vector<Named> all = {{"euler", make_euler, 1},
-                                         {"rkl2", make_rkl2, 2},
-                                         {"backward-euler", make_backward_euler, 1},
-                                         {"crank-nicolson", make_crank_nicolson, 2},
-                                         {"tr-bdf2", make_tr_bdf2, 2}};
+const std::vector<Named>& all_integrators() {
+  static const std::vector<Named> all = {{"euler", maker("euler"), 1},
+                                         {"rkl2", maker("rkl2"), 2},
+                                         {"backward-euler", maker("backward-euler"), 1},
+                                         {"crank-nicolson", maker("crank-nicolson"), 2},
+                                         {"tr-bdf2", maker("tr-bdf2"), 2}};
   return all;
 }
 
@@ -132,7 +134,7 @@ TEST(Integrators, ConvergeWithTheirOrderInTime) {
   constexpr double end = 0.5;
   for (const Problem& problem : problems()) {
     const auto exact = by_runge_kutta(CaseModel(problem.text), end, 2000);
-    for (const Named& kind : integrators()) {
+    for (const Named& kind : all_integrators()) {
       const double step = kind.name == "euler" ? end / 512 : end / 16;
       const double coarse = error_with(kind, problem, end, step, exact),
                    middle = error_with(kind, problem, end, step / 2, exact),
@@ -150,7 +152,7 @@ TEST(Integrators, KeepTheErrorWithinAFewTolerances) {
   for (const Problem& problem : problems()) {
     for (const double end : {0.02, 0.5}) {
       const auto exact = by_runge_kutta(CaseModel(problem.text), end, 2000);
-      for (const auto make : {make_rkl2, make_tr_bdf2}) {
+      for (const auto make : {maker("rkl2"), maker("tr-bdf2")}) {
         double last = std::numeric_limits<double>::infinity();
         for (const double tolerance : {1e-2, 1e-3, 1e-4, 1e-5}) {
           const CaseModel m(problem.text);
@@ -172,7 +174,7 @@ TEST(Integrators, KeepTheErrorWithinAFewTolerancesAfterAJumpOfTheWall) {
   const std::string text = rod + simple + "[boundary.xmin]\ntemperature = \"3 K\"\n";
   for (const double end : {0.001, 0.01, 0.1}) {
     const auto exact = by_runge_kutta(CaseModel(text), end, 2000);
-    for (const auto make : {make_rkl2, make_tr_bdf2})
+    for (const auto make : {maker("rkl2"), maker("tr-bdf2")})
       for (const double tolerance : {1e-2, 1e-3, 1e-4}) {
         const CaseModel m(text);
         State state = m.start();
@@ -186,7 +188,7 @@ TEST(Integrators, KeepTheErrorWithinAFewTolerancesAfterAJumpOfTheWall) {
 TEST(Integrators, MarchToTheExactModeOfARod) {
   // T = 1.5 + 0.5 cos(pi x) exp(-lambda t), lambda = 2/dx^2 (1 - cos(pi dx)): an eigenmode of nine points in a line.
   const double lambda = 2 * 64 * (1 - std::cos(std::numbers::pi / 8)), end = 0.1;
-  for (const Named& kind : integrators()) {
+  for (const Named& kind : all_integrators()) {
     const CaseModel m(rod + simple);
     State state = m.start();
     kind.make(steps_of(1e-4))->advance(m.system(), state, end, go_on);
@@ -205,7 +207,7 @@ flux = { formula = "t < 0.13 ? 5 : t < 0.4 ? -2 : 1", unit = "W/m^2", breaks = [
 power_density = { formula = "t < 0.31 ? 0.5 : 3", unit = "W/m^3", breaks = ["0.31 s"] }
 )toml";
   const double flux = 5 * 0.13 - 2 * (0.4 - 0.13) + 0.1, sources = 0.5 * 0.31 + 3 * (0.5 - 0.31);
-  for (const Named& kind : integrators()) {
+  for (const Named& kind : all_integrators()) {
     SCOPED_TRACE(kind.name);
     const CaseModel m(text);
     State state = m.start();
@@ -232,7 +234,7 @@ temperature = { table = [[0.1, 2], [0.25, 3], [0.6, 2.5]], unit = "K" }
 [boundary.xmax]
 flux = { table = [[0, 0], [0.4, 4]], unit = "W/m^2", of = "time" }
 )toml";
-  for (const Named& kind : integrators())
+  for (const Named& kind : all_integrators())
     for (const bool fixed : {true, false}) {
       if (!fixed && (kind.name == "backward-euler" || kind.name == "crank-nicolson")) continue;
       const CaseModel m(text);
@@ -302,7 +304,7 @@ TEST(Integrators, ConserveHeat) {
   const std::string parameters = by_parameters(plate + steel_of_T),
                     penalty = parameters + "[mlpg]\nprescribed = \"penalty\"\n";
   for (const std::string& text : {plate + steel, plate + steel_of_T, parameters, penalty})
-    for (const Named& kind : integrators()) {
+    for (const Named& kind : all_integrators()) {
       if (text == penalty && (kind.name == "euler" || kind.name == "rkl2")) continue;  // too stiff
       const CaseModel m(text);
       const auto integrator = kind.make(steps_of(kind.name == "euler" ? 0.5 : 1));
@@ -315,7 +317,7 @@ TEST(Integrators, ConserveHeat) {
 
 TEST(Integrators, ConserveHeatWithStepsOfTheirOwn) {
   for (const std::string& text : {plate + steel_of_T, by_parameters(plate + steel_of_T)})
-    for (const auto make : {make_euler, make_rkl2, make_tr_bdf2}) {
+    for (const auto make : {maker("euler"), maker("rkl2"), maker("tr-bdf2")}) {
       const CaseModel m(text);
       const auto integrator = make({});
       EXPECT_LE(books_of(m, *integrator).worst_imbalance, 1e-12) << integrator->name();
@@ -324,7 +326,7 @@ TEST(Integrators, ConserveHeatWithStepsOfTheirOwn) {
 
 TEST(Integrators, KeepABodyAtRestAtRest) {
   for (const std::string& material : {steel, steel_of_T})
-    for (const Named& kind : integrators()) {
+    for (const Named& kind : all_integrators()) {
       const CaseModel m(R"toml(
 title = "test"
 method = "sph"
@@ -350,7 +352,7 @@ end = "100 s"
 }
 
 TEST(Integrators, StopWhenTheyAreTold) {
-  for (const Named& kind : integrators()) {
+  for (const Named& kind : all_integrators()) {
     const CaseModel m(rod + simple);
     State state = m.start();
     int steps = 0;
@@ -364,7 +366,7 @@ TEST(Integrators, StopWhenTheyAreTold) {
 
 TEST(Integrators, TakeNoMoreStepsThanTheyNeed) {
   // Two decades of decay to 1e-3 of the start: both adaptive integrators lengthen their steps far beyond Euler's.
-  for (const auto make : {make_rkl2, make_tr_bdf2}) {
+  for (const auto make : {maker("rkl2"), maker("tr-bdf2")}) {
     const CaseModel m(rod + simple + "[boundary.xmin]\ntemperature = \"3 K\"\n");
     State state = m.start();
     const auto integrator = make(within(1e-3));
@@ -551,7 +553,7 @@ flux = "2 kW/m^2"
   };
   const CaseModel steady(text + "[steady]\n");
   expect_reason([&] { steady.steady(); });
-  for (const Named& kind : integrators()) {
+  for (const Named& kind : all_integrators()) {
     const CaseModel m(text + "[time]\nend = \"1 s\"\n");
     State state = m.start();
     expect_reason([&] { kind.make(steps_of(0.005))->advance(m.system(), state, 1, go_on); });
@@ -574,7 +576,7 @@ flux = "70 W/m^2"
   const State at_rest = CaseModel(text + "[steady]\n").steady();
   const CaseModel marching(text + "[initial]\ntemperature = \"350 K\"\n[time]\nend = \"10 s\"\n");
   State state = marching.start();
-  make_euler({})->advance(marching.system(), state, 10, go_on);
+  maker("euler")({})->advance(marching.system(), state, 10, go_on);
   EXPECT_LE(largest_difference(at_rest.T, state.T), 1e-8);
 }
 
@@ -603,17 +605,17 @@ end = "0.1 s"
     make(steps_of(step))->advance(m.system(), state, 0.1, go_on);
     return state.T;
   };
-  const auto exact = at_end(make_tr_bdf2, 2.5e-4);
+  const auto exact = at_end(maker("tr-bdf2"), 2.5e-4);
   const auto order = [&](const auto& make) {
     const double coarse = largest_difference(at_end(make, 4e-3), exact),
                  fine = largest_difference(at_end(make, 2e-3), exact);
     EXPECT_LE(fine, 1);  // K, of a span of 200
     return std::log2(coarse / fine);
   };
-  EXPECT_NEAR(order(make_backward_euler), 1, 0.15);
-  EXPECT_NEAR(order(make_crank_nicolson), 2, 0.4);
-  EXPECT_NEAR(order(make_tr_bdf2), 2, 0.4);
-  const auto euler = at_end(make_euler, 5e-4), half = at_end(make_euler, 2.5e-4);
+  EXPECT_NEAR(order(maker("backward-euler")), 1, 0.15);
+  EXPECT_NEAR(order(maker("crank-nicolson")), 2, 0.4);
+  EXPECT_NEAR(order(maker("tr-bdf2")), 2, 0.4);
+  const auto euler = at_end(maker("euler"), 5e-4), half = at_end(maker("euler"), 2.5e-4);
   EXPECT_NEAR(largest_difference(euler, exact) / largest_difference(half, exact), 2, 0.2);
 }
 
