@@ -14,6 +14,13 @@ target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest:
 # runs, because a build with sanitizers has to be told first that MPI leaks (./dev sanitize).
 gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 
+# Plug-ins, which docs/extending.md quotes: a program of their own, as they add to the registries.
+file(GLOB plugin_sources CONFIGURE_DEPENDS tests/plugins/*.cpp)
+add_executable(plugin_tests ${plugin_sources} tests/unit/main.cpp)
+target_compile_definitions(plugin_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
+target_link_libraries(plugin_tests PRIVATE calor_lib GTest::gtest)
+gtest_discover_tests(plugin_tests DISCOVERY_TIMEOUT 60)
+
 set(tests ${CMAKE_SOURCE_DIR}/tests)
 set(python ${Python3_EXECUTABLE} -B)
 foreach(ranks 2 3 4)

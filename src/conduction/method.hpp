@@ -19,7 +19,7 @@ using MethodReport = std::map<std::string, double>;
 
 struct Method {
   std::string name, sentence;
-  void (*declare)(Schema& schema);  ///< its own section, of its name; may be null
+  void (*declare)(Schema& schema) = nullptr;  ///< its section; null where it has no options
   /// How far its points see at most: sizes the ghosts.
   Support (*support)(const Case& c);
   /// Cloud and conditions must outlive the discretisation. Collective; throws Error.

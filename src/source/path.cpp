@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/csv.hpp"
+#include "source/source_profile.hpp"
 
 namespace calor {
 namespace {
