@@ -8,12 +8,11 @@
 
 #include "base/parallel.hpp"
 #include "boundary/surface_fluxes.hpp"
-#include "case/where.hpp"
 
 namespace calor {
 namespace {
 
-/// The faces of a plate, a body of two dimensions with a thickness: every point has a piece of them. They are no walls
+/// The faces of a plate, a body of two dimensions with a thickness: every point has a part of them. They are no walls
 /// of the plane that the points fill, so the cloud does not know them.
 const std::vector<std::string> plate_faces = {"bottom", "top"};
 
@@ -191,7 +190,7 @@ struct Segments {
   bool is_plate;
 };
 
-Segments wall_pieces(const BoundarySection& s, const Cloud& cloud) {
+Segments wall_segments(const BoundarySection& s, const Cloud& cloud) {
   Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = false};
   for (const Facet& p : cloud.facets) {
     if (!s.holds(p)) continue;
@@ -202,7 +201,7 @@ Segments wall_pieces(const BoundarySection& s, const Cloud& cloud) {
   return segments;
 }
 
-Segments plate_pieces(const BoundarySection& s, const Cloud& cloud) {
+Segments plate_segments(const BoundarySection& s, const Cloud& cloud) {
   Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = true};
   for (int i = 0; i < cloud.owned; ++i) {
     if (!s.holds(i)) continue;
@@ -277,8 +276,8 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
       continue;
     }
     std::vector<Segments> segments;
-    if (s.faces != 0) segments.push_back(wall_pieces(s, cloud));
-    if (s.plate > 0) segments.push_back(plate_pieces(s, cloud));
+    if (s.faces != 0) segments.push_back(wall_segments(s, cloud));
+    if (s.plate > 0) segments.push_back(plate_segments(s, cloud));
     std::int64_t count = 0;
     for (const Segments& p : segments) count += static_cast<std::int64_t>(p.point.size());
     if (total(cloud.comm, count) == 0) refuse_empty(s, "piece of the surface");

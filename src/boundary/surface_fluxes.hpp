@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "base/point_function.hpp"
+#include "base/function.hpp"
 #include "boundary/conditions.hpp"
 #include "case/registry.hpp"
 

@@ -3,16 +3,16 @@
 // told before.
 #include <map>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "base/error.hpp"
 #include "base/function.hpp"
+#include "case/schema.hpp"
 
 namespace calor {
-
-class Schema;
 
 /// One table of a case. Getters take the name of a declared key; what is absent gives the declared default
 /// (`has` tells whether it was written). Quantities come in SI.
@@ -91,6 +91,15 @@ class Case {
   std::vector<std::string> variants_;
   std::map<std::string, double> parameters_;
 };
+
+// Selections of points by formula: where = "x > 0.5 && r < 1", with length = "mm" beside it.
+
+/// 1 for every point at which the formula of `table`'s key `where` is true. Throws Error(bad_case) at the key for a
+/// formula that is wrong, is not finite at a point, or depends on more than place.
+std::vector<char> where(const Case& c, const Table& table, std::span<const Vec3> x);
+
+/// The keys `where` and `length`, to be declared with the others of a section.
+std::vector<Key> where_keys(const std::string& sentence);
 
 /// title, method, [parameter], [[variant]] and [output] keys.
 void declare_case(Schema& schema);

@@ -35,9 +35,9 @@ const Key factor_key{"factor", Kind::number, "", required, "A in A s^n (1 - s)^z
 const Key hump_key{"hump", Kind::numbers, "", required, "n and z in s^n (1 - s)^z."};
 
 /// The sub-keys of one function value: { formula = ..., unit = ... }.
-class Parts {
+class FunctionTable {
  public:
-  Parts(const Value& table, const Key& owner, const std::string& form, const std::vector<std::string>& others)
+  FunctionTable(const Value& table, const Key& owner, const std::string& form, const std::vector<std::string>& others)
       : table_(table), owner_(owner) {
     std::vector<std::string> known{form};
     known.insert(known.end(), others.begin(), others.end());
@@ -112,7 +112,7 @@ std::string explained(const Key& key) {
   return fmt::format("write {}{}{}", wanted(key), key.sentence.empty() ? "" : ". ", key.sentence);
 }
 
-Function read_formula(const Parts& parts, const Context& context) {
+Function read_formula(const FunctionTable& parts, const Context& context) {
   const Value text = *parts.table().find("formula");
   if (text.is_number()) refuse_value(text, "'formula' cannot be " + text.described(), "write it in quotes");
   if (text.type != Value::Type::text)
@@ -143,7 +143,7 @@ const Argument temperature{"temperature", "K", temperature_unit}, time_of_run{"t
 
 /// What a table goes by, as it says itself, by `along`, `of` or the unit of its arguments. Otherwise temperatures go by
 /// time and properties by temperature; for heat flows both make sense, and only a file's header may tell.
-Argument argument_of(const Parts& parts) {
+Argument argument_of(const FunctionTable& parts) {
   const Value *of = parts.find(argument_key), *along = parts.find(coordinate_key);
   if (of && along) refuse_value(*along, "a table goes by one thing, this one has 'of' and 'along'", "leave one out");
   if (along) return {read_text(*along, coordinate_key), "m", length_unit};
@@ -168,7 +168,7 @@ Argument argument_of(const Parts& parts) {
   return unit == "K" ? time_of_run : temperature;
 }
 
-Rows written_rows(const Parts& parts, const Argument& argument) {
+Rows written_rows(const FunctionTable& parts, const Argument& argument) {
   const Value& list = *parts.table().find("table");
   if (list.type != Value::Type::list)
     refuse_value(list, "'table' cannot be " + list.described(),
@@ -192,7 +192,7 @@ Rows written_rows(const Parts& parts, const Argument& argument) {
 }
 
 /// A file of two columns; their units are in its header.
-Rows file_rows(const Parts& parts, Argument& argument, const Context& context) {
+Rows file_rows(const FunctionTable& parts, Argument& argument, const Context& context) {
   const Value& name = *parts.table().find("file");
   const std::string file = read_text(name, {"file", Kind::text, "", required, ""});
   CsvReader csv(context.path_of(file), name.location);
@@ -220,7 +220,7 @@ Rows file_rows(const Parts& parts, Argument& argument, const Context& context) {
   return rows;
 }
 
-Function read_table(const Parts& parts, const Context& context) {
+Function read_table(const FunctionTable& parts, const Context& context) {
   Argument argument = argument_of(parts);
   const bool from_file = parts.table().find("file") != nullptr;
   const Rows rows = from_file ? file_rows(parts, argument, context) : written_rows(parts, argument);
@@ -242,7 +242,7 @@ Function read_table(const Parts& parts, const Context& context) {
                             : Function::of_time(std::move(curve), at.location);
 }
 
-Function read_layers(const Parts& parts) {
+Function read_layers(const FunctionTable& parts) {
   const Value& list = *parts.table().find("layers");
   if (list.type != Value::Type::list || list.list.empty())
     refuse_value(list, "'layers' cannot be " + list.described(), "write one value a layer: [0.2, 0.15]");
@@ -263,7 +263,7 @@ Function read_layers(const Parts& parts) {
 }
 
 /// { power | exponential | hump = ..., along, from, to, ... }: laws of s = (coordinate - from)/(to - from).
-Function read_law(const Parts& parts, const Key& form) {
+Function read_law(const FunctionTable& parts, const Key& form) {
   const std::string along = read_text(parts.get(coordinate_key), coordinate_key);
   const Interval interval{read_number(parts.get(from_key), from_key), read_number(parts.get(to_key), to_key)};
   if (interval.from == interval.to)
@@ -310,7 +310,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
   }
   for (const std::string& form : key.choices)
     if (const Value* other = value.find(form)) {  // its owner reads it; here it is only checked
-      const Parts only(value, key, form, {});
+      const FunctionTable only(value, key, form, {});
       read_text(*other, {form, Kind::text, "", required, ""});
       return Function();
     }

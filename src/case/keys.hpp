@@ -1,10 +1,11 @@
 #pragma once
 // What the schema says about one table of a case.
+#include <memory>
 #include <string>
 #include <vector>
 
-#include "case/schema.hpp"
-#include "case/tree.hpp"
+#include "case/case.hpp"
+#include "case/values.hpp"
 
 namespace calor {
 
@@ -38,6 +39,25 @@ TableKeys keys_of(const Schema& schema, const std::string& schema_path, const Va
 std::string join(const std::string& path, const std::string& name);
 
 /// Checks a whole case: every key known, every value as declared, nothing missing. Throws Error(bad_case).
-void check_case_tree(const Schema& schema, const Value& root, const struct Context& context);
+void check_case_tree(const Schema& schema, const Value& root, const Context& context);
+
+/// What a Table holds on to.
+struct Table::Node {
+  std::shared_ptr<Value> root;  ///< keeps the whole case alive
+  std::shared_ptr<const Context> context;
+  std::shared_ptr<const Schema> schema;
+  std::string path, schema_path;
+  const Value* value = nullptr;  ///< into root; null where the table is absent
+  SourceLocation location;
+  TableKeys known;
+  std::vector<Key> forms;  ///< of a function: keys that stand for other forms than functions
+
+  Key key(const std::string& name) const;
+  /// Written value, or null.
+  const Value* written(const std::string& name) const { return value ? value->find(name) : nullptr; }
+  /// Written value or default; throws Error where there is neither.
+  Value get(const std::string& name) const;
+  std::shared_ptr<Node> child(const std::string& name, const std::string& schema_name, const Value* value) const;
+};
 
 }  // namespace calor

@@ -5,7 +5,7 @@
 
 #include "base/units.hpp"
 #include "case/json.hpp"
-#include "case/node.hpp"
+#include "case/keys.hpp"
 
 namespace calor {
 

@@ -47,7 +47,7 @@ bool all_positive(std::span<const double> values) {
 
 }  // namespace
 
-struct MaterialField::Parts {
+struct MaterialField::Impl {
   std::span<const Vec3> x;
   std::vector<Region> regions;
   double reference;
@@ -116,8 +116,8 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
 
 MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const Vec3> x, std::span<const int> tag,
                              const TemperatureRange& range)
-    : parts_(std::make_unique<Parts>()) {
-  Parts& p = *parts_;
+    : impl_(std::make_unique<Impl>()) {
+  Impl& p = *impl_;
   p.x = x;
   p.reference = range.reference;
   p.safe_low = std::numeric_limits<double>::max(), p.safe_high = -p.safe_low;
@@ -166,15 +166,15 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const 
                                              : Mean::arithmetic;
 }
 
-Mean MaterialField::mean() const { return parts_->mean; }
-bool MaterialField::conductivity_depends_on_T() const { return parts_->k_depends_on_T; }
-bool MaterialField::conductivity_depends_on_time() const { return parts_->k_depends_on_time; }
-bool MaterialField::capacity_depends_on_T() const { return parts_->has_capacity && parts_->capacity_depends_on_T; }
-bool MaterialField::has_capacity() const { return parts_->has_capacity; }
+Mean MaterialField::mean() const { return impl_->mean; }
+bool MaterialField::conductivity_depends_on_T() const { return impl_->k_depends_on_T; }
+bool MaterialField::conductivity_depends_on_time() const { return impl_->k_depends_on_time; }
+bool MaterialField::capacity_depends_on_T() const { return impl_->has_capacity && impl_->capacity_depends_on_T; }
+bool MaterialField::has_capacity() const { return impl_->has_capacity; }
 
 std::vector<std::string> MaterialField::ingredients() const {
   std::vector<std::string> names;
-  for (const Region& r : parts_->regions)
+  for (const Region& r : impl_->regions)
     for (const std::string& name : r.material->ingredients())
       if (!std::ranges::count(names, name)) names.push_back(name);
   return names;
@@ -184,7 +184,7 @@ void MaterialField::volume_fraction(const std::string& ingredient, std::span<dou
   // Only its size counts: fractions do not depend on temperature.
   const std::vector<double> T(v.size());
   Scratch part;
-  parts_->sweep(0, T, v, {}, [&](const Region& r, std::size_t at, auto T, auto v, auto) {
+  impl_->sweep(0, T, v, {}, [&](const Region& r, std::size_t at, auto T, auto v, auto) {
     std::ranges::fill(v, 0.0);
     const std::vector<std::string> names = r.material->ingredients();
     for (std::size_t n = 0; n < names.size(); ++n) {
@@ -197,7 +197,7 @@ void MaterialField::volume_fraction(const std::string& ingredient, std::span<dou
 
 void MaterialField::conductivity(double t, std::span<const double> T, std::span<double> k,
                                  std::span<double> dk_dT) const {
-  const Parts& p = *parts_;
+  const Impl& p = *impl_;
   p.sweep(0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
     r.at->conductivity(at, t, T, k, dk_dT);
     if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
@@ -206,7 +206,7 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
 }
 
 void MaterialField::theta(std::span<const double> T, std::span<double> theta) const {
-  const Parts& p = *parts_;
+  const Impl& p = *impl_;
   const Region& r = p.regions[0];
   bool finite = true;
   double low = std::numeric_limits<double>::max(), high = -low;
@@ -238,7 +238,7 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
 }
 
 void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
-  const Parts& p = *parts_;
+  const Impl& p = *impl_;
   if (!capacity_depends_on_T() || rho_c.empty()) {
     p.enthalpy(0, T, H, rho_c);
     return;
@@ -250,7 +250,7 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
 }
 
 void MaterialField::temperature(std::span<const double> H, std::span<double> T) const {
-  const Parts& p = *parts_;
+  const Impl& p = *impl_;
   const std::span<double> all = T.first(H.size());
   Scratch rho_c;
   for (std::size_t first = 0; first < H.size(); first += block) {

@@ -54,8 +54,8 @@ class MaterialField {
   void temperature(std::span<const double> H, std::span<double> T) const;
 
  private:
-  struct Parts;
-  std::unique_ptr<Parts> parts_;
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
 };
 
 void declare_materials(Schema& schema);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 
-#include "case/where.hpp"
 #include "material/library.hpp"
 #include "material/material_field.hpp"
 #include "material/simple.hpp"

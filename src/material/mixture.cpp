@@ -6,7 +6,7 @@
 #include <array>
 #include <optional>
 
-#include "base/point_function.hpp"
+#include "base/function.hpp"
 #include "material/materials.hpp"
 #include "material/simple.hpp"
 

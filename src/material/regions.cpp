@@ -9,7 +9,6 @@
 #include <limits>
 
 #include "base/parallel.hpp"
-#include "case/where.hpp"
 
 namespace calor {
 namespace {

@@ -8,7 +8,7 @@
 #include <limits>
 #include <tuple>
 
-#include "base/point_function.hpp"
+#include "base/function.hpp"
 #include "material/library.hpp"
 
 namespace calor {

@@ -10,7 +10,6 @@
 #include <optional>
 
 #include "base/parallel.hpp"
-#include "case/where.hpp"
 #include "output/comparison.hpp"
 #include "output/files.hpp"
 

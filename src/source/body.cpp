@@ -2,7 +2,7 @@
 #include <numeric>
 #include <vector>
 
-#include "base/point_function.hpp"
+#include "base/function.hpp"
 #include "source/path.hpp"
 #include "source/source.hpp"
 
