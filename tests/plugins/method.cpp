@@ -35,7 +35,7 @@ Discretisation build_pairs(const Case& /*c*/, const Cloud& cloud, const Conditio
 TEST(Plugin, IsAMethod) {
   methods().add({.name = "pairs",
                  .sentence = "weights that fall with the fourth power of the distance",
-                 .reach = pair_support,
+                 .support = pair_support,
                  .build = build_pairs});
   expect_passes(R"toml(title = "plate"
 method = "pairs"
