@@ -173,7 +173,7 @@ class RecordType {
   operator MPI_Datatype() const { return type_; }
 
  private:
-  MPI_Datatype type_;
+  MPI_Datatype type_ = MPI_DATATYPE_NULL;
 };
 
 /// Where every rank's records begin, and where the last ones end.

@@ -41,17 +41,6 @@ Points random_points(MPI_Comm comm, std::int64_t count, int dimension) {
   return p;
 }
 
-template <class T>
-std::vector<T> gather(MPI_Comm comm, const std::vector<T>& mine) {
-  const int bytes = static_cast<int>(mine.size() * sizeof(T));
-  std::vector<int> sizes(size_of(comm)), at(size_of(comm) + 1, 0);
-  MPI_Allgather(&bytes, 1, MPI_INT, sizes.data(), 1, MPI_INT, comm);
-  for (std::size_t r = 0; r < sizes.size(); ++r) at[r + 1] = at[r] + sizes[r];
-  std::vector<T> all(at.back() / sizeof(T));
-  MPI_Allgatherv(mine.data(), bytes, MPI_BYTE, all.data(), sizes.data(), at.data(), MPI_BYTE, comm);
-  return all;
-}
-
 TEST(DistributeParallel, GivesEveryPointToExactlyOneRankInEqualShares) {
   for (const std::int64_t count : {1, 3, 1000, 1001}) {
     const Cloud c = distribute(world, random_points(world, count, 3), 0.2);
