@@ -52,7 +52,8 @@ const Error numbers(Fault::numbers, "no such number", "");
 
 TEST(Petsc, SaysWhatItRefuses) {
   petsc::Vector vector;
-  expect_error([&] { petsc::check(VecCreateSeq(MPI_COMM_SELF, -5, vector.out())); }, {"PETSc failed", "petsc_test.cpp"},
+  petsc::check(VecCreate(MPI_COMM_SELF, vector.out()));
+  expect_error([&] { petsc::check(VecSetType(vector, "nonsense")); }, {"PETSc failed", "petsc_test.cpp", "nonsense"},
                Fault::numbers);
 }
 
