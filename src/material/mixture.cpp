@@ -76,7 +76,7 @@ class MixturePointProperties final : public PointProperties {
       const auto one = std::make_shared<MixturePointProperties>(recipe, x.first(1), range, false);
       curve_ = Curve::sampled(
           [one](double T) {
-            double k;
+            double k = 0;
             one->conductivity(0, 0, {&T, 1}, {&k, 1}, {});
             return k;
           },
