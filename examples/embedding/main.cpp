@@ -6,6 +6,7 @@
 
 #include "app/model.hpp"
 #include "app/schema.hpp"
+#include "output/probes.hpp"
 #include "solve/integrator.hpp"
 
 void march(const char* file, double end, int steps) {
