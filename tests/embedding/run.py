@@ -17,7 +17,7 @@ class Embedding(unittest.TestCase):
         cls.addClassCleanup(folder.cleanup)
         cls.prefix, cls.program = pathlib.Path(folder.name) / "installed", pathlib.Path(folder.name) / "build/embedding"
         cls.do(CMAKE, "--install", BUILD, "--prefix", cls.prefix)
-        cls.do(CMAKE, "-S", EXAMPLE, "-B", cls.program.parent, f"-DCMAKE_PREFIX_PATH={cls.prefix}")
+        cls.do(CMAKE, "-G", "Ninja", "-S", EXAMPLE, "-B", cls.program.parent, f"-DCMAKE_PREFIX_PATH={cls.prefix}")
         cls.do(CMAKE, "--build", cls.program.parent)
 
     @staticmethod
