@@ -19,7 +19,7 @@ file(GLOB plugin_sources CONFIGURE_DEPENDS tests/plugins/*.cpp)
 add_executable(plugin_tests ${plugin_sources} tests/unit/main.cpp)
 target_compile_definitions(plugin_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}")
 target_link_libraries(plugin_tests PRIVATE calor_lib GTest::gtest)
-gtest_discover_tests(plugin_tests DISCOVERY_TIMEOUT 60)
+gtest_discover_tests(plugin_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 
 set(tests ${CMAKE_SOURCE_DIR}/tests)
 set(python ${Python3_EXECUTABLE} -B)
