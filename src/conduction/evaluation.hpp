@@ -45,7 +45,6 @@ class Coefficients {
   const SparseRows* phi_;
   double t_ = 0;
   bool frozen_ = false;
-  std::span<const double> T_;
   std::vector<double> T_buffer_, k_, dk_dT_, theta_;
   std::span<const double> u_;
   bool has_T_ = false, has_k_ = false, has_dk_dT_ = false, has_theta_ = false;

@@ -72,20 +72,18 @@ std::vector<double> HeatSystem::temperatures(std::span<double> u) const {
   return T;
 }
 
-void HeatSystem::add_rate(Evaluation& at, std::span<double> F, std::span<double> power) {
-  for (HeatTerm* term : terms_) term->add_rate(at, F, power);
-  if (!has_massless_points_) return;
-  for (int i = 0; i < cloud_.owned; ++i)
-    if (role_[i] == Role::massless) F[i] = 0;
-}
-
 void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::span<double> power) {
   cloud_.halo.update(u);
   std::ranges::fill(F, 0);
   std::ranges::fill(power, 0);
   for (HeatTerm* term : terms_) term->prepare(t);
   at_.begin(t, u);
-  collective_try(cloud_.comm, [&] { add_rate(at_, F, power); });
+  collective_try(cloud_.comm, [&] {
+    for (HeatTerm* term : terms_) term->add_rate(at_, F, power);
+  });
+  if (!has_massless_points_) return;
+  for (int i = 0; i < cloud_.owned; ++i)
+    if (role_[i] == Role::massless) F[i] = 0;
 }
 
 void HeatSystem::energy(std::span<const double> u, std::span<double> E) {

@@ -137,7 +137,6 @@ class HeatSystem {
   enum class Role : char { free, prescribed, massless };
   class Entries;
 
-  void add_rate(Evaluation& at, std::span<double> F, std::span<double> power);
   /// The Jacobian; `frozen` leaves the derivative of k out.
   void assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen, Mat J);
   /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.

@@ -560,9 +560,8 @@ flux = "2 kW/m^2"
   }
 }
 
-TEST(SteadyState, OfAlgebraicWallsIsThatOfTheirMarch) {
-  const std::string material = simple_material({.k = "1 + 0.002*T", .rho = "1", .c = "1"});
-  const std::string text = box_case({"1 m", "1 m"}, {6, 6}) + material + R"toml(
+/// Wall points of the paper on SPH, which hold no heat, with k(T).
+const std::string algebraic_walls = simple_material({.k = "1 + 0.002*T", .rho = "1", .c = "1"}) + R"toml(
 [sph]
 correction = "paper"
 [boundary.xmin]
@@ -573,6 +572,9 @@ radiation = { emissivity = 0.7, ambient = "400 K" }
 [boundary.ymin]
 flux = "70 W/m^2"
 )toml";
+
+TEST(SteadyState, OfAlgebraicWallsIsThatOfTheirMarch) {
+  const std::string text = box_case({"1 m", "1 m"}, {6, 6}) + algebraic_walls;
   const State at_rest = CaseModel(text + "[steady]\n").steady();
   const CaseModel marching(text + "[initial]\ntemperature = \"350 K\"\n[time]\nend = \"10 s\"\n");
   State state = marching.start();
@@ -583,22 +585,8 @@ flux = "70 W/m^2"
 TEST(AlgebraicWalls, AreMarchedAlikeByAllIntegratorsThatKnowThem) {
   // Massless wall points follow the others without delay: what is left is the error of time, of the first order for the
   // two Euler methods (which err to opposite sides), of the second for the others.
-  const std::string text =
-      box_case({"1 m", "0.6 m"}, {8, 6}) + simple_material({.k = "1 + 0.002*T", .rho = "1", .c = "1"}) + R"toml(
-[sph]
-correction = "paper"
-[initial]
-temperature = "350 K"
-[boundary.xmin]
-temperature = "300 K"
-[boundary.xmax]
-convection = { h = "3 W/(m^2 K)", ambient = "500 K" }
-radiation = { emissivity = 0.7, ambient = "400 K" }
-[boundary.ymin]
-flux = "70 W/m^2"
-[time]
-end = "0.1 s"
-)toml";
+  const std::string text = box_case({"1 m", "0.6 m"}, {8, 6}) + algebraic_walls +
+                           "[initial]\ntemperature = \"350 K\"\n[time]\nend = \"0.1 s\"\n";
   const auto at_end = [&](const auto& make, double step) {
     const CaseModel m(text);
     State state = m.start();
