@@ -111,7 +111,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
   for (const QuadraturePoints* points : discretisation.locations)
-    materials.emplace_back(c, *m.cloud, points->x, points->tag, range);
+    materials.emplace_back(materials.front(), points->x, points->tag, points->part);
   if (const double negative = number(m.weights, "negative_weights"); negative > 0)
     m.notes.push_back(
         fmt::format("{:g} of {:g} weights of pairs are negative, the lowest {:.2g} times the mean: temperatures may "

@@ -146,8 +146,8 @@ void restore_along_faces(const Cloud& cloud, const Neighbours& neighbours, const
 
 }  // namespace
 
-PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
-                             CorrectionReport& report) {
+PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Cracks& cracks, Neighbours neighbours,
+                             std::vector<double> G, CorrectionReport& report) {
   const auto crossings = cracks.crossings(neighbours);
   if (std::ranges::any_of(cracks.all(), is_surface)) {
     const CutPairs cut_pairs = cut(cloud, cracks, neighbours, crossings, G);
@@ -182,17 +182,18 @@ PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbour
                              .contact = crack.contact * x.length,
                              .opens = crack.opens});
   }
-  return PairConduction(cloud, std::move(neighbours), std::move(G), std::move(bonds));
+  return PairConduction(cloud, parts, std::move(neighbours), std::move(G), std::move(bonds));
 }
 
-Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
-                           std::vector<double> G, Layers layers, CorrectionReport& done, MethodReport& report) {
-  if (!has_cracks(c)) return pair_discretisation(cloud, conditions, std::move(mirrored), std::move(G), layers);
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
+                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
+                           MethodReport& report) {
+  if (!has_cracks(c)) return pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers);
   Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();
   auto pairs =
-      std::make_unique<PairConduction>(cracked_pairs(cloud, cracks, std::move(neighbours), std::move(G), done));
+      std::make_unique<PairConduction>(cracked_pairs(cloud, parts, cracks, std::move(neighbours), std::move(G), done));
   const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - pairs->neighbours().column.size()));
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());

@@ -19,12 +19,13 @@ namespace calor {
 
 /// Conduction in a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
 /// numbers of the last correction. Collective; throws Error.
-PairConduction cracked_pairs(const Cloud& cloud, const Cracks& cracks, Neighbours neighbours, std::vector<double> G,
-                             CorrectionReport& report);
+PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Cracks& cracks, Neighbours neighbours,
+                             std::vector<double> G, CorrectionReport& report);
 
 /// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
 /// from all pairs, images folded. Collective; throws Error.
-Discretisation with_cracks(const Case& c, const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
-                           std::vector<double> G, Layers layers, CorrectionReport& done, MethodReport& report);
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
+                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
+                           MethodReport& report);
 
 }  // namespace calor

@@ -14,6 +14,7 @@ Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& condit
   if (massless)
     for (const int i : massless->points()) volume[i] = 0;
   Discretisation d;
+  if (conduction->ends()) d.locations.push_back(conduction->ends());
   d.conduction = std::move(conduction), d.walls = std::move(walls);
   d.dofs = std::make_unique<Dofs>(cloud);
   d.capacity = std::make_unique<LumpedCapacity>(std::move(volume));

@@ -58,6 +58,8 @@ class Conduction : public HeatTerm {
  public:
   /// `location`: where it wants the conductivity.
   explicit Conduction(Location location) : location_(location) {}
+  /// Where pairs that cross interfaces have their ends; null: there are none on any rank. It is location 1 then.
+  virtual const QuadraturePoints* ends() const { return nullptr; }
 
   // With a given conductivity; u covers all local points, ghosts up to date.
   virtual void add_rate(const Conductivity& k, std::span<const double> u, std::span<double> F) const = 0;
@@ -69,19 +71,29 @@ class Conduction : public HeatTerm {
   virtual std::span<const std::int32_t> coupled(int i) const = 0;
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> /*power*/) final {
-    add_rate(at.at(location_).conductivity(Purpose::rate), at.u(), F);
+    with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { add_rate(k, at.u(), F); });
   }
   void add_jacobian(Evaluation& at, JacobianEntries& J) final {
-    add_jacobian(at.at(location_).conductivity(Purpose::jacobian), at.u(), J);
+    with_conductivity(at, Purpose::jacobian, [&](const Conductivity& k) { add_jacobian(k, at.u(), J); });
   }
   void add_row_sums(Evaluation& at, std::span<double> sums) final {
-    add_row_sums(at.at(location_).conductivity(Purpose::bound), sums);
+    with_conductivity(at, Purpose::bound, [&](const Conductivity& k) { add_row_sums(k, sums); });
   }
   void heat_flux(Evaluation& at, std::span<Vec3> q) const {
-    heat_flux(at.at(location_).conductivity(Purpose::rate), at.u(), q);
+    with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { heat_flux(k, at.u(), q); });
   }
 
  private:
+  template <class Use>
+  void with_conductivity(Evaluation& at, Purpose purpose, const Use& use) const {
+    Conductivity k = at.at(location_).conductivity(purpose), at_ends;
+    if (ends()) {
+      at_ends = at.at(Evaluation::nodes + 1).at_ends(purpose);
+      k.ends = &at_ends;
+    }
+    use(k);
+  }
+
   Location location_;
 };
 

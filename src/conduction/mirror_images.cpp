@@ -153,10 +153,10 @@ MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& s
   return out;
 }
 
-PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
                       std::span<const PrescribedTerm> temperatures) {
   Neighbours& all = mirrored.neighbours;
-  if (all.mirrors.empty()) return {std::make_unique<PairConduction>(cloud, std::move(all), std::move(G)), nullptr};
+  if (all.mirrors.empty()) return {std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
 
   using Image = std::tuple<int, std::uint8_t, std::array<int, 3>>;
   std::map<Image, std::int32_t> numbers;
@@ -194,15 +194,15 @@ PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vect
   all.column.resize(kept);
   G.resize(kept);
   all.image = {}, all.mirrors = {}, all.mirrored = {};
-  PairTerms terms{std::make_unique<PairConduction>(cloud, std::move(all), std::move(G)), nullptr};
+  PairTerms terms{std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
   if (any(cloud.comm, !bonds.G.empty()))
     terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);
   return terms;
 }
 
-Discretisation pair_discretisation(const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
-                                   std::vector<double> G, Layers layers) {
-  PairTerms terms = fold_images(cloud, std::move(mirrored), std::move(G), layers, conditions.temperatures);
+Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const Conditions& conditions,
+                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers) {
+  PairTerms terms = fold_images(cloud, parts, std::move(mirrored), std::move(G), layers, conditions.temperatures);
   std::vector<std::unique_ptr<HeatTerm>> walls;
   if (terms.images) walls.push_back(std::move(terms.images));
   return nodal_discretisation(cloud, conditions, std::move(terms.pairs), std::move(walls));

@@ -40,11 +40,11 @@ struct PairTerms {
 };
 
 /// The terms of the weights of all pairs, images included. `temperatures` must outlive them. Collective.
-PairTerms fold_images(const Cloud& cloud, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
                       std::span<const PrescribedTerm> temperatures);
 
 /// The same as a discretisation.
-Discretisation pair_discretisation(const Cloud& cloud, const Conditions& conditions, MirroredNeighbours mirrored,
-                                   std::vector<double> G, Layers layers);
+Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const Conditions& conditions,
+                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers);
 
 }  // namespace calor

@@ -31,48 +31,22 @@ void add_pair_fluxes(int owned, const std::int64_t* __restrict row, const std::i
   }
 }
 
-double pair_conductivity(const Conductivity& k, std::int32_t i, std::int32_t j) {
-  const Mean mean = k.mean == Mean::integral ? Mean::arithmetic : k.mean;
-  return mean_conductivity(mean, k.k[i], k.k[j]).value;
-}
-
 }  // namespace
 
-PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G, CrackBonds cracks)
-    : Conduction(Evaluation::nodes),
-      cloud_(cloud),
-      neighbours_(std::move(neighbours)),
-      G_(std::move(G)),
-      closed_(std::move(cracks)) {
-  apply(0);
-}
+PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G)
+    : Conduction(Evaluation::nodes), cloud_(cloud), neighbours_(std::move(neighbours)), G_(std::move(G)) {}
 
-void PairConduction::apply(double t) {
-  const auto left = std::ranges::stable_partition(closed_.bonds, [&](const CrackBond& b) { return b.opens > t; });
-  for (const CrackBond& bond : left) {
-    const double G = bond.fraction * G_[bond.entry];
-    G_[bond.entry] -= G;
-    if (bond.contact > 0) contacts_.push_back({bond.entry, bond.point, G, bond.contact});
-  }
-  closed_.bonds.erase(left.begin(), left.end());
-  std::ranges::stable_sort(contacts_, {}, &Contact::entry);
-}
-
-template <class Flux>
-double PairConduction::contact_flux(const Contact& c, const Conductivity& k, std::span<const double> T,
-                                    const Flux& flux) const {
-  const std::int32_t i = c.point, j = neighbours_.column[c.entry];
-  const double jump = T[j] - T[i], intact = flux(i, j);
-  if (jump == 0) return 0;
-  const double K = k.mean == Mean::integral ? intact / jump : pair_conductivity(k, i, j);
-  return intact / (1 + K / c.contact);
+PairConduction::PairConduction(const Cloud& cloud, const Parts& parts, Neighbours neighbours, std::vector<double> G,
+                               CrackBonds cracks)
+    : PairConduction(cloud, std::move(neighbours), std::move(G)) {
+  series_ = SeriesPairs(cloud, parts, neighbours_, G_, std::move(cracks));
 }
 
 void PairConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
   with_flux(k, T, [&](const auto& flux) {
     add_pair_fluxes(cloud_.owned, neighbours_.row.data(), neighbours_.column.data(), G_.data(), flux, F.data());
-    for (const Contact& c : contacts_) F[c.point] += c.G * contact_flux(c, k, T, flux);
   });
+  series_.add_rate(k, T, F);
 }
 
 void PairConduction::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
@@ -93,19 +67,7 @@ void PairConduction::add_jacobian(const Conductivity& k, std::span<const double>
     values.push_back(diagonal);
     J.add(i, columns, values);
   }
-  // With K = kbar and kappa = K / contact, d[K dT / (1 + kappa)] = (d[K dT] - K d[dT]) / (1 + kappa)^2 + K d[dT] / (1 +
-  // kappa).
-  for (const Contact& c : contacts_) {
-    const std::int32_t i = c.point, j = neighbours_.column[c.entry];
-    const auto d = flux_derivatives(k, T[j] - T[i], i, j);
-    const double K = pair_conductivity(k, i, j), share = 1 / (1 + K / c.contact);
-    const auto derivative = [&](double intact, double sign) {
-      return c.G * share * (share * (intact - sign * K) + sign * K);
-    };
-    const std::int32_t column[] = {i, j};
-    const double value[] = {derivative(d.by_i, -1), derivative(d.by_j, 1)};
-    J.add(i, column, value);
-  }
+  series_.add_jacobian(k, T, J);
 }
 
 void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums) const {
@@ -119,32 +81,24 @@ void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums)
     }
     sums[i] += sum;
   }
-  for (const Contact& c : contacts_) {
-    const double K = pair_conductivity(k, c.point, neighbours_.column[c.entry]);
-    sums[c.point] += 2 * c.G * K / (1 + K / c.contact);
-  }
+  series_.add_row_sums(k, sums);
 }
 
 void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
   // q_i = -M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
   // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does.
+  std::vector<Symmetric3> M(cloud_.owned);
+  std::vector<Vec3> b(cloud_.owned);
+  series_.add_moments(k, T, M, b);
   with_flux(k, T, [&](const auto& flux) {
-    auto contact = contacts_.begin();
     for (std::int32_t i = 0; i < cloud_.owned; ++i) {
-      Symmetric3 M;
-      Vec3 b;
-      for (; contact != contacts_.end() && contact->point == i; ++contact) {
-        const Vec3 x = cloud_.x[neighbours_.column[contact->entry]] - cloud_.x[i];
-        M.add(contact->G, x);
-        b += contact->G * contact_flux(*contact, k, T, flux) * x;
-      }
       for (std::int64_t n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
         const std::int32_t j = neighbours_.column[n];
         const Vec3 x = cloud_.x[j] - cloud_.x[i];
-        M.add(G_[n], x);
-        b += G_[n] * flux(i, j) * x;
+        M[i].add(G_[n], x);
+        b[i] += G_[n] * flux(i, j) * x;
       }
-      q[i] = -(pseudo_inverse(M) * b);  // zero in directions without neighbours
+      q[i] = -(pseudo_inverse(M[i]) * b[i]);  // zero in directions without neighbours
     }
   });
 }

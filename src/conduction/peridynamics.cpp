@@ -56,7 +56,7 @@ Peridynamics options_of(const Table& table, bool lattice_in_cells) {
 
 Support support_of(const Case& c) { return options_of(c.section("peridynamics"), true).support(); }
 
-Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& /*material*/,
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("peridynamics");
   const Peridynamics options = options_of(table, cloud.box_lattice && !cloud.points_on_walls);
@@ -74,12 +74,12 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   count_pairs(cloud, mirrored.neighbours, report);
   if (is_paper(table)) {
     auto G = bond_weights(cloud, mirrored.neighbours, options);
-    return pair_discretisation(cloud, conditions, std::move(mirrored), std::move(G), layers);
+    return pair_discretisation(cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers);
   }
   CorrectionReport done;
   auto G = consistent_weights(
       cloud, mirrored.neighbours, [&] { return base_weights(cloud, mirrored.neighbours, options); }, {}, done);
-  auto discretisation = with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), layers, done, report);
+  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);
   add_to_report(done, report);
   return discretisation;
 }

@@ -48,6 +48,7 @@ struct QuadraturePoints {
   std::vector<Vec3> x;   ///< m
   std::vector<int> tag;  ///< of the node that the point belongs to
   SparseRows phi;        ///< temperature there: T(x_q) = sum_J phi_qJ u_J
+  std::vector<int> part = {};  ///< whose properties are meant; empty: of the part that the point lies in
 };
 
 /// Quadrature points whose enthalpies add up to those of the owned points' cells: E_i = sum_q volume_q H(T(x_q)).

@@ -68,15 +68,16 @@ Support support_of(const Case& c) { return sph_support(smoothing_of(c.section("s
 /// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
 /// points, which hold no heat, the rows k_i 2 sum_j V_j (T_j - T_i) grad W_ij . n = heat flux into the body. The pair
 /// sum is not divided by its second moment, as printed.
-Discretisation paper_scheme(const Cloud& cloud, const Conditions& conditions, Neighbours neighbours, double smoothing) {
+Discretisation paper_scheme(const Cloud& cloud, const Parts& parts, const Conditions& conditions, Neighbours neighbours,
+                            double smoothing) {
   auto G = sph_base_weights(cloud, neighbours, cloud.full_volume, smoothing);
   // 2 V_j grad W_ij = 2 V_j F_ij x_ji = G_ij x_ji / V_i, all volumes full.
   auto walls = zeta_rows(cloud, neighbours, G, conditions);
-  auto pairs = std::make_unique<PairConduction>(cloud, std::move(neighbours), std::move(G));
+  auto pairs = std::make_unique<PairConduction>(cloud, parts, std::move(neighbours), std::move(G));
   return nodal_discretisation(cloud, conditions, std::move(pairs), {}, std::move(walls));
 }
 
-Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& /*material*/,
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table options = c.section("sph");
   const double smoothing = smoothing_of(options, has_exact_weights(cloud));
@@ -98,11 +99,11 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_support(smoothing), conditions, true);
   count_pairs(cloud, mirrored.neighbours, report);
   report["smoothing"] = smoothing;
-  if (paper) return paper_scheme(cloud, conditions, std::move(mirrored.neighbours), smoothing);
+  if (paper) return paper_scheme(cloud, material.parts(), conditions, std::move(mirrored.neighbours), smoothing);
 
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
-  auto discretisation = with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
   return discretisation;
 }

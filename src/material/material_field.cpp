@@ -5,13 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <utility>
 
 #include "base/parallel.hpp"
 #include "material/invert.hpp"
 #include "material/materials.hpp"
-#include "material/regions.hpp"
 
 namespace calor {
 namespace {
@@ -19,20 +19,37 @@ namespace {
 constexpr std::size_t block = 1024;  // points at a time: scratch stays in the cache
 using Scratch = std::array<double, block>;
 
+/// One material and the places where it is.
 struct Region {
   std::shared_ptr<const Material> material;
-  std::vector<int> point;  // empty: all points
-  std::vector<double> weight;
+  std::vector<int> point;  // ascending; the only part of a body has all and lists none
+  std::vector<double> at_point, in_cell;  // its shares
   std::vector<Vec3> x;  // of the points listed
   std::unique_ptr<PointProperties> at;
   SourceLocation conductivity_location, capacity_location;  // where the case writes them
 };
+using Shares = std::vector<double> Region::*;
 
 /// Where the case writes a property of a material; where it names the material if that comes from the library.
-SourceLocation place_of(const Case& c, const BodyRegion& region, const std::string& property) {
+SourceLocation place_of(const Case& c, const Part& part, const std::string& property) {
   for (const auto& [name, table] : c.section("material").children())
-    if (name == region.material) return table.location(property);
-  return region.location;
+    if (name == part.material) return table.location(property);
+  return part.location;
+}
+
+/// Lists the places that a part has a share in.
+void list_places(const PlacesOfPart& at_point, const PlacesOfPart& in_cell, Region& region) {
+  std::ranges::set_union(at_point.place, in_cell.place, std::back_inserter(region.point));
+  const auto fill = [&](const PlacesOfPart& from, std::vector<double>& shares) {
+    shares.assign(region.point.size(), 0);
+    auto at = region.point.begin();
+    for (std::size_t n = 0; n < from.place.size(); ++n) {
+      at = std::lower_bound(at, region.point.end(), from.place[n]);
+      shares[at - region.point.begin()] = from.share[n];
+    }
+  };
+  fill(at_point, region.at_point);
+  fill(in_cell, region.in_cell);
 }
 
 std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
@@ -48,18 +65,24 @@ bool all_positive(std::span<const double> values) {
 }  // namespace
 
 struct MaterialField::Impl {
+  MPI_Comm comm;
+  std::shared_ptr<const Parts> parts;
+  TemperatureRange range;
   std::span<const Vec3> x;
-  std::vector<Region> regions;
+  std::vector<Region> regions;  // one a part; those without places here have none in their lists
   double reference;
-  Mean mean;
+  Mean mean = Mean::arithmetic;
   bool k_depends_on_T = false, k_depends_on_time = false, capacity_depends_on_T = false, has_capacity = true;
   mutable double safe_low = 0, safe_high = 0;  // k(T) was looked at between these
 
-  /// Calls f(region, first point of the region, T, a, b) for the points first ... and adds up the weighted results in a
-  /// and b; either may be empty.
+  void bind(std::span<const PlacesOfPart> at_point, std::span<const PlacesOfPart> in_cell);
+
+  /// Calls f(region, first point of the region, T, a, b) for the points first ... and adds up the results in a and b by
+  /// the regions' shares; either may be empty.
   template <class F>
-  void sweep(std::size_t first, std::span<const double> T, std::span<double> a, std::span<double> b, F&& f) const {
-    if (regions.size() == 1 && regions[0].point.empty()) {
+  void sweep(Shares shares, std::size_t first, std::span<const double> T, std::span<double> a, std::span<double> b,
+             F&& f) const {
+    if (regions.size() == 1) {
       for (std::size_t n = 0; n < T.size(); n += block) {
         const std::size_t size = std::min(block, T.size() - n);
         f(regions[0], first + n, T.subspan(n, size), part(a, n, size), part(b, n, size));
@@ -70,6 +93,7 @@ struct MaterialField::Impl {
     std::ranges::fill(b, 0.0);
     Scratch T_here, a_here, b_here;
     for (const Region& r : regions) {
+      const std::vector<double>& share = r.*shares;
       const auto begin = std::ranges::lower_bound(r.point, static_cast<int>(first)) - r.point.begin();
       const auto end = std::ranges::lower_bound(r.point, static_cast<int>(first + T.size())) - r.point.begin();
       for (std::size_t n = begin; n < static_cast<std::size_t>(end); n += block) {
@@ -77,8 +101,8 @@ struct MaterialField::Impl {
         for (std::size_t i = 0; i < size; ++i) T_here[i] = T[r.point[n + i] - first];
         f(r, n, std::span<const double>(T_here.data(), size), part(a_here, 0, a.empty() ? 0 : size),
           part(b_here, 0, b.empty() ? 0 : size));
-        for (std::size_t i = 0; i < size && !a.empty(); ++i) a[r.point[n + i] - first] += r.weight[n + i] * a_here[i];
-        for (std::size_t i = 0; i < size && !b.empty(); ++i) b[r.point[n + i] - first] += r.weight[n + i] * b_here[i];
+        for (std::size_t i = 0; i < size && !a.empty(); ++i) a[r.point[n + i] - first] += share[n + i] * a_here[i];
+        for (std::size_t i = 0; i < size && !b.empty(); ++i) b[r.point[n + i] - first] += share[n + i] * b_here[i];
       }
     }
   }
@@ -103,7 +127,7 @@ struct MaterialField::Impl {
       std::ranges::fill(rho_c, 1.0);
       return;
     }
-    sweep(first, T, H, rho_c,
+    sweep(&Region::in_cell, first, T, H, rho_c,
           [](const Region& r, std::size_t at, auto T, auto H, auto c) { r.at->enthalpy(at, T, H, c); });
   }
 };
@@ -111,29 +135,35 @@ struct MaterialField::Impl {
 MaterialField::MaterialField(MaterialField&&) noexcept = default;
 MaterialField::~MaterialField() = default;
 
-MaterialField::MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range)
-    : MaterialField(c, cloud, cloud.x, cloud.tag, range) {}
+void MaterialField::Impl::bind(std::span<const PlacesOfPart> at_point, std::span<const PlacesOfPart> in_cell) {
+  reference = range.reference;
+  safe_low = std::numeric_limits<double>::max(), safe_high = -safe_low;
+  for (std::size_t p = 0; p < regions.size(); ++p) {
+    Region& region = regions[p];
+    if (regions.size() > 1) {
+      list_places(at_point[p], in_cell[p], region);
+      for (const int i : region.point) region.x.push_back(x[i]);
+    }
+    const bool whole = regions.size() == 1;
+    collective_try(comm, [&] { region.at = region.material->at(whole ? x : std::span<const Vec3>(region.x), range); });
+  }
+}
 
-MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const Vec3> x, std::span<const int> tag,
-                             const TemperatureRange& range)
+MaterialField::MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range)
     : impl_(std::make_unique<Impl>()) {
   Impl& p = *impl_;
-  p.x = x;
-  p.reference = range.reference;
-  p.safe_low = std::numeric_limits<double>::max(), p.safe_high = -p.safe_low;
-
+  p.comm = cloud.comm, p.range = range, p.x = cloud.x;
   Materials materials(c);
   const Table body = c.section("body");
   const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
+  p.parts = std::make_shared<const Parts>(c, cloud, unnamed ? materials.only_one() : "");
   bool layered = false, of_T_alone = true;
-  for (BodyRegion& r : body_regions(c, cloud, {x, tag}, unnamed ? materials.only_one() : "")) {
-    Region region{materials.get(r.material, r.location),
-                  std::move(r.point),
-                  std::move(r.weight),
-                  {},
-                  nullptr,
-                  place_of(c, r, "conductivity"),
-                  place_of(c, r, "specific_heat")};
+  for (int n = 0; n < p.parts->count(); ++n) {
+    const Part& part = (*p.parts)[n];
+    Region& region = p.regions.emplace_back();
+    region.material = materials.get(part.material, part.location);
+    region.conductivity_location = place_of(c, part, "conductivity");
+    region.capacity_location = place_of(c, part, "specific_heat");
     const Material& m = *region.material;
     p.k_depends_on_T |= m.conductivity_depends_on_T();
     p.k_depends_on_time |= m.conductivity_depends_on_time();
@@ -141,31 +171,49 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, std::span<const 
     p.has_capacity &= m.has_capacity();
     layered |= m.conductivity_is_layered();
     of_T_alone &= m.conductivity_of_T_alone();
-    if (!r.whole) {
-      region.x.reserve(region.point.size());
-      for (const int i : region.point) region.x.push_back(p.x[i]);
-    }
-    p.regions.push_back(std::move(region));
-    // Bound in place: the properties look at the region's points from now on.
-    Region& kept = p.regions.back();
-    collective_try(cloud.comm,
-                   [&] { kept.at = kept.material->at(r.whole ? p.x : std::span<const Vec3>(kept.x), range); });
   }
-  const bool one_of_T = p.regions.size() == 1 && of_T_alone;
+  std::vector<PlacesOfPart> at_point, in_cell;
+  collective_try(cloud.comm, [&] {
+    at_point = p.parts->shares(cloud.x, cloud.tag, cloud.spacing);
+    in_cell = p.parts->cell_shares();
+  });
+  p.bind(at_point, in_cell);
   const std::string mean = body.text("conductivity_mean");
-  if (mean == "integral" && !one_of_T)
-    body.refuse("conductivity_mean",
-                p.regions.size() > 1 ? "the integral mean takes one material, this body has several"
-                                     : "the integral mean takes a conductivity that depends on temperature alone",
+  if (mean == "integral" && !of_T_alone)
+    body.refuse("conductivity_mean", "the integral mean takes conductivities that depend on temperature alone",
                 "write \"arithmetic\", \"harmonic\" or \"automatic\"");
-  p.mean = mean == "integral"                ? Mean::integral
-           : mean == "arithmetic"            ? Mean::arithmetic
-           : mean == "harmonic"              ? Mean::harmonic
-           : p.regions.size() > 1 || layered ? Mean::harmonic
-           : one_of_T && p.k_depends_on_T    ? Mean::integral
-                                             : Mean::arithmetic;
+  p.mean = mean == "integral"               ? Mean::integral
+           : mean == "arithmetic"           ? Mean::arithmetic
+           : mean == "harmonic" || layered  ? Mean::harmonic
+           : of_T_alone && p.k_depends_on_T ? Mean::integral
+                                            : Mean::arithmetic;
 }
 
+MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag,
+                             std::span<const int> part)
+    : impl_(std::make_unique<Impl>()) {
+  const Impl& from = *body.impl_;
+  Impl& p = *impl_;
+  p.comm = from.comm, p.parts = from.parts, p.range = from.range, p.x = x, p.mean = from.mean;
+  p.k_depends_on_T = from.k_depends_on_T, p.k_depends_on_time = from.k_depends_on_time;
+  p.capacity_depends_on_T = from.capacity_depends_on_T, p.has_capacity = from.has_capacity;
+  for (const Region& r : from.regions) {
+    Region& region = p.regions.emplace_back();
+    region.material = r.material;
+    region.conductivity_location = r.conductivity_location, region.capacity_location = r.capacity_location;
+  }
+  std::vector<PlacesOfPart> shares(p.regions.size());
+  collective_try(p.comm, [&] {
+    const std::vector<int> own = part.empty() ? p.parts->at(x, tag) : std::vector<int>(part.begin(), part.end());
+    for (std::size_t q = 0; q < own.size(); ++q) {
+      shares[own[q]].place.push_back(static_cast<int>(q));
+      shares[own[q]].share.push_back(1);
+    }
+  });
+  p.bind(shares, shares);
+}
+
+const Parts& MaterialField::parts() const { return *impl_->parts; }
 Mean MaterialField::mean() const { return impl_->mean; }
 bool MaterialField::conductivity_depends_on_T() const { return impl_->k_depends_on_T; }
 bool MaterialField::conductivity_depends_on_time() const { return impl_->k_depends_on_time; }
@@ -184,7 +232,7 @@ void MaterialField::volume_fraction(const std::string& ingredient, std::span<dou
   // Only its size counts: fractions do not depend on temperature.
   const std::vector<double> T(v.size());
   Scratch part;
-  impl_->sweep(0, T, v, {}, [&](const Region& r, std::size_t at, auto T, auto v, auto) {
+  impl_->sweep(&Region::in_cell, 0, T, v, {}, [&](const Region& r, std::size_t at, auto T, auto v, auto) {
     std::ranges::fill(v, 0.0);
     const std::vector<std::string> names = r.material->ingredients();
     for (std::size_t n = 0; n < names.size(); ++n) {
@@ -198,7 +246,7 @@ void MaterialField::volume_fraction(const std::string& ingredient, std::span<dou
 void MaterialField::conductivity(double t, std::span<const double> T, std::span<double> k,
                                  std::span<double> dk_dT) const {
   const Impl& p = *impl_;
-  p.sweep(0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
+  p.sweep(&Region::at_point, 0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
     r.at->conductivity(at, t, T, k, dk_dT);
     if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
       p.check(r, at, t, T, k, r.conductivity_location, "conductivity", "W/(m K)");
@@ -207,34 +255,33 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
 
 void MaterialField::theta(std::span<const double> T, std::span<double> theta) const {
   const Impl& p = *impl_;
-  const Region& r = p.regions[0];
   bool finite = true;
   double low = std::numeric_limits<double>::max(), high = -low;
   for (const double v : T) low = std::min(low, v), high = std::max(high, v), finite &= v - v == 0;
   // theta alone would not show a k that is not positive. k is looked at only when temperatures leave what was seen.
   if (!T.empty() && p.k_depends_on_T && (!finite || low < p.safe_low || high > p.safe_high)) {
-    Scratch k, samples;
-    const auto look = [&](std::span<const double> T, std::size_t first) {
-      for (std::size_t n = 0; n < T.size(); n += block) {
-        const std::size_t size = std::min(block, T.size() - n);
-        r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
-        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_location, "conductivity",
-                "W/(m K)");
-      }
-    };
-    look(T, 0);
-    // All points share k(T), so any of them can stand for the samples in between. Where the law ends within the margin
-    // nothing is remembered, and k is looked at every time.
+    std::vector<double> k(T.size());
+    conductivity(0, T, k, {});
+    // All points of a region share k(T), so any of them can stand for the samples in between. Where a law ends within
+    // the margin nothing is remembered, and k is looked at every time.
     const double margin = 0.1 * (high - low);
     low = std::min(low - margin, p.safe_low), high = std::max(high + margin, p.safe_high);
+    Scratch samples, k_there;
     for (std::size_t i = 0; i < block; ++i) samples[i] = low + (high - low) * static_cast<double>(i) / (block - 1);
-    try {
-      r.at->conductivity(0, 0, samples, k, {});
-      if (all_positive(k)) p.safe_low = low, p.safe_high = high;
-    } catch (const Error&) {
+    bool positive = true;
+    for (const Region& r : p.regions) {
+      if (p.regions.size() > 1 && r.point.empty()) continue;
+      try {
+        r.at->conductivity(0, 0, samples, k_there, {});
+        positive = positive && all_positive(k_there);
+      } catch (const Error&) {
+        positive = false;
+      }
     }
+    if (positive) p.safe_low = low, p.safe_high = high;
   }
-  r.at->theta(T, theta);
+  p.sweep(&Region::at_point, 0, T, theta, {},
+          [](const Region& r, std::size_t, auto T, auto theta, auto) { r.at->theta(T, theta); });
 }
 
 void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
@@ -243,7 +290,7 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
     p.enthalpy(0, T, H, rho_c);
     return;
   }
-  p.sweep(0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
+  p.sweep(&Region::in_cell, 0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
     r.at->enthalpy(at, T, H, rho_c);
     p.check(r, at, 0, T, rho_c, r.capacity_location, "volumetric heat capacity", "J/(m^3 K)");
   });

@@ -1,6 +1,7 @@
 #pragma once
-// The properties of the whole body at the points where terms of the heat equation want them: every point belongs to a
-// region, a point on the interface of two layers to both with equal weights.
+// The properties of the whole body at the points where terms of the heat equation want them: every point has the
+// conductivity of its part, or on an interface that of all parts that meet there by their shares; the heat of a cell is
+// that of the parts in it.
 #include <memory>
 #include <span>
 #include <string>
@@ -9,28 +10,30 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "geometry/parts.hpp"
 #include "material/material.hpp"
 
 namespace calor {
 
-/// How two points share a conductivity. integral: k depends on T alone, the pair flux is G (theta_j - theta_i) with
-/// theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: layered or piecewise bodies, the interface
-/// midway between the points.
+/// How two points of one part share a conductivity. integral: k depends on T alone, the pair flux is
+/// G (theta_j - theta_i) with theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: k given in layers,
+/// the interface midway between the points.
 enum class Mean { integral, arithmetic, harmonic };
 
 class MaterialField {
  public:
-  /// Materials and regions of the case at all local points of the cloud, which must outlive this. Collective (errors
-  /// are raised together).
+  /// The parts of the case with their materials at all local points of the cloud, which must outlive this. Collective
+  /// (errors are raised together).
   MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range);
-  /// The same at other places, which must outlive this; `tag`: one a place.
-  MaterialField(const Case& c, const Cloud& cloud, std::span<const Vec3> x, std::span<const int> tag,
-                const TemperatureRange& range);
+  /// The same body at other places, which must outlive this; `tag`: one a place. `part`: the part that is meant at each
+  /// place; empty: the one that the place lies in. Collective.
+  MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag, std::span<const int> part);
   MaterialField(MaterialField&&) noexcept;
   ~MaterialField();
 
-  /// How pairs share k: the one the case asks for, otherwise integral for one material with k(T), harmonic for layered
-  /// and piecewise bodies, arithmetic for the rest.
+  const Parts& parts() const;
+  /// How pairs inside a part share k: as the case asks for, otherwise integral where all k depend on T alone, harmonic
+  /// where one is given in layers, arithmetic for the rest.
   Mean mean() const;
   bool conductivity_depends_on_T() const;
   bool conductivity_depends_on_time() const;
@@ -58,6 +61,7 @@ class MaterialField {
   std::unique_ptr<Impl> impl_;
 };
 
+/// [material.*] and [body].
 void declare_materials(Schema& schema);
 
 }  // namespace calor

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "geometry/parts.hpp"
 #include "material/library.hpp"
 #include "material/material_field.hpp"
 #include "material/simple.hpp"
@@ -74,31 +75,7 @@ void declare_materials(Schema& schema) {
                   "time (t) too. The conductivity is the same in all directions: one value, not a list.",
               .keys = simple_keys()});
   material_laws().declare(schema);
-  const std::vector<std::string> axes = {"x", "y", "z"};
-  schema.add(
-      {.path = "body",
-       .sentence = "What the body is made of; not needed where there is one material that is no phase of another.",
-       .keys = {{"material", Kind::text, "", optional, "Material of all points that no region takes."},
-                {"conductivity_mean",
-                 Kind::choice,
-                 "",
-                 "automatic",
-                 "How two points share a conductivity. automatic: integral for one material with k(T), harmonic "
-                 "for layers and regions, arithmetic for the rest.",
-                 {"automatic", "integral", "arithmetic", "harmonic"}},
-                {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
-                {"start", Kind::quantity, "m", optional,
-                 "Coordinate at which the first layer begins; default: the low side of the body."}}});
-  schema.add({.path = "body.layer[]",
-              .sentence = "A layer of the body; a point on an interface belongs to both layers, half and half.",
-              .keys = {{"material", Kind::text, "", required, "Material of the layer."},
-                       {"thickness", Kind::quantity, "m", required, "Thickness of the layer."}}});
-  auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
-  keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
-  keys.push_back({"tag", Kind::text, "", optional, "Tag of the points of the region."});
-  schema.add({.path = "body.region[]",
-              .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
-              .keys = keys});
+  declare_parts(schema);
 }
 
 }  // namespace calor

@@ -58,7 +58,7 @@ Cracked intact_by_bonds(const Cloud& cloud, double horizon) {
 PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing,
                           CorrectionReport* report = {}) {
   Cracked c = intact(cloud, smoothing);
-  PairConduction pairs = cracked_pairs(cloud, Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
+  PairConduction pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
   if (report) *report = c.report;
   return pairs;
 }
@@ -124,7 +124,7 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackHoweverFarThePairsReach) {
     const Cloud cloud = square(20 << n);
     for (const bool bonds : {true, false}) {
       Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1.4);
-      const auto pairs = cracked_pairs(cloud, Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
+      const auto pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
       const PlateErrors e = plate_errors(cloud, pairs);
       std::printf("%s %d^2: rms %.2e, jump %.2e\n", bonds ? "bonds" : "h = 1.4 dx", 20 << n, e.rms, e.jump);
       EXPECT_LE(e.rms, rms[n]);
@@ -165,7 +165,7 @@ TEST(Cracks, LetHeatRunBesideThemAsInTheRestOfTheBody) {
     Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1);
     const double whole = rms(PairConduction(cloud, c.neighbours, c.G));
     const Cracks cut(cloud, {line({-1, 0, 0}, {1, 0, 0})});
-    const double cracked = rms(cracked_pairs(cloud, cut, c.neighbours, c.G, c.report));
+    const double cracked = rms(cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, c.report));
     std::printf("%s: whole %.2e, cut %.2e\n", bonds ? "bonds" : "h = dx", whole, cracked);
     EXPECT_LE(cracked, 2.5 * whole);
   }
@@ -293,7 +293,7 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   Crack crack = crack_of_the_plate;
   crack.opens = 2;
   PairConduction pairs =
-      cracked_pairs(cloud, Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
+      cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
   EXPECT_TRUE(std::ranges::equal(pairs.weights(), c.G));
   EXPECT_EQ(pairs.events(), std::vector<double>{2});
   pairs.apply(1.9);

@@ -134,7 +134,7 @@ TEST(MirrorImages, LeaveTheExactLatticeWeightsOfSphAsTheyAre) {
     CorrectionReport report;
     auto G = sph_consistent_weights(cloud, mirrored.neighbours, 1, report);
     EXPECT_TRUE(report.lattice_shortcut);
-    const PairTerms folded = fold_images(cloud, std::move(mirrored), std::move(G), Layers::odd, {});
+    const PairTerms folded = fold_images(cloud, Parts(cloud), std::move(mirrored), std::move(G), Layers::odd, {});
     ASSERT_EQ(folded.pairs->weights().size(), plain.G.size());
     for (std::size_t n = 0; n < plain.G.size(); ++n) EXPECT_NEAR(folded.pairs->weights()[n], plain.G[n], 1e-14);
     EXPECT_EQ(folded.images, nullptr);

@@ -1,0 +1,360 @@
+#include "conduction/series_pairs.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <tuple>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "conduction/pair_flux.hpp"
+
+namespace calor {
+
+namespace {
+
+/// A piece shorter than this part of the way is round-off.
+constexpr double shortest_piece = 1e-9;
+
+/// R of a contact of conductance h, W/(m^2 K).
+double resistance_of(double h, double length) {
+  return h > 0 ? 1 / (h * length) : std::numeric_limits<double>::infinity();
+}
+
+}  // namespace
+
+/// Finds the pairs and what they run through.
+class SeriesPairs::Builder {
+ public:
+  Builder(SeriesPairs& out, const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G)
+      : out_(out), cloud_(cloud), parts_(parts), neighbours_(neighbours), G_(G) {}
+
+  void find_parts() {
+    own_ = parts_.at(cloud_.x, cloud_.tag);
+    parts_here_.assign(cloud_.local(), 0);
+    for (const PlacesOfPart& places : parts_.shares(cloud_.x, cloud_.tag, cloud_.spacing))
+      for (const int i : places.place) ++parts_here_[i];
+  }
+
+  void add_pairs(std::span<const CrackBond> bonds) {
+    collect(bonds);
+    std::vector<Parts::Segment> segments;
+    std::vector<Vec3> middle;
+    std::vector<int> tags;
+    std::vector<double> size;
+    for (const Candidate& c : candidates_) {
+      segments.push_back({cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b]});
+      middle.push_back(0.5 * (cloud_.x[c.a] + cloud_.x[c.b]));
+      tags.push_back(cloud_.tag[c.a]);
+      size.push_back(0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]));
+    }
+    const Parts::Pieces pieces = parts_.along(segments);
+    std::vector<std::vector<std::pair<int, double>>> shares(candidates_.size());  // of the parts, where it runs between
+    if (parts_.count() > 1) {
+      const auto of_part = parts_.shares(middle, tags, size);
+      for (int part = 0; part < parts_.count(); ++part)
+        for (std::size_t n = 0; n < of_part[part].place.size(); ++n)
+          shares[of_part[part].place[n]].emplace_back(part, of_part[part].share[n]);
+    }
+    for (std::size_t n = 0; n < candidates_.size(); ++n) {
+      const Candidate& c = candidates_[n];
+      const double G = G_[c.entry];
+      remove_weights(c);
+      if (shares[n].size() > 1 && parts_here_[c.a] > 1 && parts_here_[c.b] > 1) {
+        for (const auto& [part, share] : shares[n]) split_by_cracks(c, bonds, along_interface(c, part, share * G));
+        continue;
+      }
+      const std::span<const SegmentPiece> run(pieces.piece.data() + pieces.row[n],
+                                              static_cast<std::size_t>(pieces.row[n + 1] - pieces.row[n]));
+      split_by_cracks(c, bonds, across(c, segments[n], run, G));
+    }
+  }
+
+ private:
+  struct Candidate {
+    std::int32_t a, b;
+    std::int64_t entry;  // of the direction that is looked at
+  };
+
+  /// Pairs, each once on a rank, that may not be left to the mean of two conductivities; by id a, then id b.
+  void collect(std::span<const CrackBond> bonds) {
+    std::vector<char> is_cracked(neighbours_.column.size(), 0);
+    for (const CrackBond& b : bonds) is_cracked[b.entry] = 1;
+    for (std::int32_t i = 0; i < cloud_.owned; ++i) {
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+        const std::int32_t j = neighbours_.column[n];
+        if (j < cloud_.owned && cloud_.id[j] < cloud_.id[i]) continue;
+        const bool inside = own_[i] == own_[j] && parts_here_[i] == 1 && parts_here_[j] == 1 &&
+                            !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
+        if (inside && !is_cracked[n]) continue;
+        const auto [a, b] = cloud_.id[i] < cloud_.id[j] ? std::pair(i, j) : std::pair(j, i);
+        candidates_.push_back({a, b, n});
+      }
+    }
+    std::ranges::sort(candidates_, {}, [&](const Candidate& c) { return std::pair(cloud_.id[c.a], cloud_.id[c.b]); });
+  }
+
+  void remove_weights(const Candidate& c) {
+    G_[c.entry] = 0;
+    if (c.a >= cloud_.owned || c.b >= cloud_.owned) return;
+    const auto row = neighbours_.of(c.b);
+    const auto back = std::ranges::lower_bound(row, cloud_.id[c.a], {}, [&](std::int32_t j) { return cloud_.id[j]; });
+    G_[neighbours_.row[c.b] + (back - row.begin())] = 0;
+  }
+
+  /// Where the conductivity of a part is wanted for a point: at the point, or at a place of the part.
+  std::int32_t end_at(std::int32_t point, int part, const Vec3* place = nullptr) {
+    const auto next = static_cast<std::int32_t>(out_.ends_.x.size());
+    if (!place) {
+      const auto [known, is_new] = known_.try_emplace({point, part}, next);
+      if (!is_new) return known->second;
+    }
+    QuadraturePoints& ends = out_.ends_;
+    ends.x.push_back(place ? *place : cloud_.x[point]);
+    ends.tag.push_back(cloud_.tag[point]);
+    ends.part.push_back(part);
+    ends.phi.column.push_back(point);
+    ends.phi.value.push_back(1);
+    ends.phi.close_row();
+    return next;
+  }
+
+  Pair start_pair(const Candidate& c, double G) const {
+    return {.a = c.a, .b = c.b, .G = G, .first = static_cast<std::int32_t>(out_.pieces_.size()), .end = 0, .one_part = false};
+  }
+  Pair& add(Pair p) {
+    p.end = static_cast<std::int32_t>(out_.pieces_.size());
+    return out_.pairs_.emplace_back(p);
+  }
+
+  std::size_t along_interface(const Candidate& c, int part, double G) {
+    Pair p = start_pair(c, G);
+    p.one_part = true;
+    out_.pieces_.push_back({end_at(c.a, part), 0.5});
+    out_.pieces_.push_back({end_at(c.b, part), 0.5});
+    add(p);
+    return out_.pairs_.size() - 1;
+  }
+
+  std::size_t across(const Candidate& c, const Parts::Segment& segment, std::span<const SegmentPiece> run, double G) {
+    Pair p = start_pair(c, G);
+    const Vec3 x_ba = segment.b - segment.a;
+    std::vector<SegmentPiece> kept;
+    double begin = 0;
+    for (std::size_t n = 0; n < run.size(); ++n) {
+      if (n > 0) add_contact(p, segment, run[n - 1], run[n].part, c);
+      if (run[n].end - begin > shortest_piece) kept.push_back(run[n]);
+      begin = run[n].end;
+    }
+    p.one_part = kept.size() == 1;
+    if (p.one_part) {
+      out_.pieces_.push_back({end_at(c.a, kept[0].part), 0.5});
+      out_.pieces_.push_back({end_at(c.b, kept[0].part), 0.5});
+    } else {
+      begin = 0;
+      for (std::size_t n = 0; n < kept.size(); ++n) {
+        const double middle = 0.5 * (begin + kept[n].end);
+        const bool at_a = n == 0 || (n + 1 < kept.size() && middle <= 0.5), at_end = n == 0 || n + 1 == kept.size();
+        const Vec3 place = segment.a + middle * x_ba;
+        out_.pieces_.push_back({end_at(at_a ? c.a : c.b, kept[n].part, at_end ? nullptr : &place), kept[n].end - begin});
+        begin = kept[n].end;
+      }
+    }
+    add(p);
+    return out_.pairs_.size() - 1;
+  }
+
+  void add_contact(Pair& p, const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c) {
+    const Function* h = parts_.contact(before.part, after);
+    if (!h) return;
+    const Vec3 x_ba = segment.b - segment.a, x = segment.a + before.end * x_ba;
+    const double size = 0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]);
+    const Vec3 n = parts_.normal(x, x_ba, segment.tag_a, before.part, after, size);
+    const double length = std::abs(dot(x_ba, n));
+    if (!h->depends_on_temperature()) {
+      double value = 0;
+      h->evaluate({.x = {&x, 1}}, {&value, 1});
+      if (!(value >= 0))
+        throw Error(Fault::bad_case, h->location(), fmt::format("a contact of {:.6g} W/(m^2 K) is negative", value),
+                    "give 0 (no heat crosses) or more");
+      p.contacts += resistance_of(value, length);
+      return;
+    }
+    auto law = std::ranges::find(out_.laws_, h, &Law::h);
+    if (law == out_.laws_.end()) law = out_.laws_.insert(law, {.h = h, .pair = {}, .x = {}, .length = {}});
+    law->pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));  // the one that is on its way
+    law->x.push_back(x);
+    law->length.push_back(length);
+  }
+
+  /// A crack leaves a pair the rest of its weight, and the fraction that it cuts a resistance from when it opens.
+  void split_by_cracks(const Candidate& c, std::span<const CrackBond> bonds, std::size_t pair) {
+    const auto [begin, end] = std::ranges::equal_range(bonds, c.entry, {}, &CrackBond::entry);
+    if (begin == end) return;
+    double whole = 1;
+    const auto first = static_cast<std::int32_t>(out_.cracks_.size());
+    for (auto bond = begin; bond != end; ++bond) {
+      whole *= 1 - bond->fraction;
+      out_.cracks_.push_back({bond->opens, bond->contact > 0 ? 1 / bond->contact
+                                                             : std::numeric_limits<double>::infinity()});
+    }
+    Pair cut = out_.pairs_[pair];
+    cut.G = (1 - whole) * out_.pairs_[pair].G;
+    cut.first_crack = first, cut.end_crack = static_cast<std::int32_t>(out_.cracks_.size());
+    out_.pairs_[pair].G *= whole;
+    for (Law& law : out_.laws_) {
+      for (std::size_t n = law.pair.size(); n > 0 && law.pair[n - 1] == static_cast<std::int32_t>(pair); --n) {
+        law.pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));
+        law.x.push_back(Vec3(law.x[n - 1]));
+        law.length.push_back(double(law.length[n - 1]));
+      }
+    }
+    out_.pairs_.push_back(cut);
+  }
+
+  SeriesPairs& out_;
+  const Cloud& cloud_;
+  const Parts& parts_;
+  const Neighbours& neighbours_;
+  std::span<double> G_;
+  std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
+  std::vector<Candidate> candidates_;
+  std::map<std::pair<std::int32_t, int>, std::int32_t> known_;
+};
+
+SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G,
+                         CrackBonds cracks)
+    : cloud_(&cloud), openings_(std::move(cracks.openings)) {
+  std::ranges::stable_sort(cracks.bonds, {}, &CrackBond::entry);
+  const bool has_bonds = any(cloud.comm, !cracks.bonds.empty());
+  if (parts.count() == 1 && !has_bonds) return;
+  exist_ = true;
+  collective_try(cloud.comm, [&] {
+    Builder builder(*this, cloud, parts, neighbours, G);
+    builder.find_parts();
+    builder.add_pairs(cracks.bonds);
+  });
+  depends_on_T_ = any(cloud.comm, !laws_.empty());
+  open(0);
+}
+
+void SeriesPairs::open(double t) {
+  for (Pair& p : pairs_) {
+    p.resistance = p.contacts;
+    for (std::int32_t n = p.first_crack; n < p.end_crack; ++n)
+      if (cracks_[n].opens <= t) p.resistance += cracks_[n].resistance;
+  }
+}
+
+SeriesPairs::Resistances SeriesPairs::resistances(std::span<const double> T, bool derivative) const {
+  Resistances r;
+  for (const Pair& p : pairs_) r.R.push_back(p.resistance);
+  if (derivative) r.dR_dT.assign(pairs_.size(), 0);
+  for (const Law& law : laws_) {
+    const std::size_t n = law.pair.size();
+    std::vector<double> mean(n), h(n), slope(n);
+    for (std::size_t q = 0; q < n; ++q) {
+      const Pair& p = pairs_[law.pair[q]];
+      mean[q] = 0.5 * (T[p.a] + T[p.b]);
+    }
+    law.h->evaluate({.x = law.x, .T = mean}, h);
+    if (derivative) law.h->derivative({.x = law.x, .T = mean}, slope);
+    for (std::size_t q = 0; q < n; ++q) {
+      const std::int32_t p = law.pair[q];
+      if (!(h[q] >= 0))
+        throw Error(Fault::numbers, law.h->location(),
+                    fmt::format("the contact is {:.6g} W/(m^2 K) at T = {:.6g} K", h[q], mean[q]),
+                    "give 0 (no heat crosses) or more");
+      r.R[p] += resistance_of(h[q], law.length[q]);
+      if (derivative && h[q] > 0) r.dR_dT[p] -= 0.5 * slope[q] / (h[q] * h[q] * law.length[q]);
+    }
+  }
+  return r;
+}
+
+SeriesPairs::Flux SeriesPairs::flux(const Pair& p, const Conductivity& at, double T_a, double T_b, double R) const {
+  Flux f{};
+  const Conductivity& k = *at.ends;
+  if (p.one_part) {
+    const std::int32_t a = pieces_[p.first].end, b = pieces_[p.first + 1].end;
+    f.K = mean_conductivity(k.mean == Mean::harmonic ? Mean::harmonic : Mean::arithmetic, k.k[a], k.k[b]).value;
+    f.intact = k.theta.empty() ? f.K * (T_b - T_a) : k.theta[b] - k.theta[a];
+  } else {
+    double r = 0;
+    for (std::int32_t n = p.first; n < p.end; ++n) r += pieces_[n].fraction / k.k[pieces_[n].end];
+    f.K = 1 / r;
+    f.intact = f.K * (T_b - T_a);
+  }
+  f.share = 1 / (1 + f.K * R);
+  f.value = f.intact * f.share;
+  return f;
+}
+
+void SeriesPairs::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
+  const Resistances r = resistances(T, false);
+  for (std::size_t n = 0; n < pairs_.size(); ++n) {
+    const Pair& p = pairs_[n];
+    const double flow = p.G * flux(p, k, T[p.a], T[p.b], r.R[n]).value;
+    if (p.a < cloud_->owned) F[p.a] += flow;
+    if (p.b < cloud_->owned) F[p.b] -= flow;
+  }
+}
+
+void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
+  const Resistances r = resistances(T, true);
+  const Conductivity& ends = *k.ends;
+  for (std::size_t n = 0; n < pairs_.size(); ++n) {
+    const Pair& p = pairs_[n];
+    const Flux f = flux(p, k, T[p.a], T[p.b], r.R[n]);
+    const double jump = T[p.b] - T[p.a];
+    double by_a = -f.K, by_b = f.K;  // of the intact flux
+    if (p.one_part && !ends.theta.empty()) {
+      by_a = -ends.k[pieces_[p.first].end], by_b = ends.k[pieces_[p.first + 1].end];
+    } else if (!ends.dk_dT.empty()) {
+      for (std::int32_t m = p.first; m < p.end; ++m) {
+        const std::int32_t e = pieces_[m].end;
+        const double by_k = p.one_part && ends.mean != Mean::harmonic
+                                ? 0.5
+                                : f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e]);
+        (ends_.phi.column[e] == p.a ? by_a : by_b) += by_k * ends.dk_dT[e] * jump;
+      }
+    }
+    // d[K dT / (1 + K R)] = (d[K dT] - K d[dT]) / (1 + K R)^2 + K d[dT] / (1 + K R) - K dT K dR / (1 + K R)^2.
+    const double by_R = f.share == 0 ? 0 : f.intact * f.K * f.share * f.share * r.dR_dT[n];
+    by_a = f.share * (f.share * (by_a + f.K) - f.K) - by_R;
+    by_b = f.share * (f.share * (by_b - f.K) + f.K) - by_R;
+    const std::int32_t columns[] = {p.a, p.b};
+    const double into_a[] = {p.G * by_a, p.G * by_b}, into_b[] = {-p.G * by_a, -p.G * by_b};
+    if (p.a < cloud_->owned) J.add(p.a, columns, into_a);
+    if (p.b < cloud_->owned) J.add(p.b, columns, into_b);
+  }
+}
+
+void SeriesPairs::add_row_sums(const Conductivity& k, std::span<double> sums) const {
+  // Contacts that depend on temperature are left out: without them the sums are larger.
+  for (const Pair& p : pairs_) {
+    const Flux f = flux(p, k, 0, 0, p.resistance);
+    double K = f.K;
+    if (p.one_part && !k.ends->theta.empty())
+      K = std::max(k.ends->k[pieces_[p.first].end], k.ends->k[pieces_[p.first + 1].end]);
+    const double sum = 2 * std::abs(p.G) * K * f.share;
+    if (p.a < cloud_->owned) sums[p.a] += sum;
+    if (p.b < cloud_->owned) sums[p.b] += sum;
+  }
+}
+
+void SeriesPairs::add_moments(const Conductivity& k, std::span<const double> T, std::span<Symmetric3> M,
+                              std::span<Vec3> b) const {
+  const Resistances r = resistances(T, false);
+  for (std::size_t n = 0; n < pairs_.size(); ++n) {
+    const Pair& p = pairs_[n];
+    const Vec3 x = cloud_->x[p.b] - cloud_->x[p.a];
+    const double flow = p.G * flux(p, k, T[p.a], T[p.b], r.R[n]).value;
+    if (p.a < cloud_->owned) M[p.a].add(p.G, x), b[p.a] += flow * x;
+    if (p.b < cloud_->owned) M[p.b].add(p.G, x), b[p.b] += flow * x;
+  }
+}
+
+}  // namespace calor

@@ -1,0 +1,406 @@
+#include "geometry/parts.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
+#include "cloud/lattice.hpp"
+
+namespace calor {
+namespace {
+
+/// How far from a place its surroundings are looked at, over the size of what is around it.
+constexpr double nearby = 1e-6;
+/// Pieces of a segment that are shorter than this part of it are round-off.
+constexpr double shortest = 1e-9;
+
+/// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked for.
+std::vector<Vec3> surroundings(int dimension) {
+  std::vector<Vec3> places;
+  for (int q = 0; q < 1 << dimension; ++q) {
+    Vec3 place;
+    constexpr double size[] = {1, 0.83, 0.69};
+    for (int a = 0; a < dimension; ++a) place[a] = (q >> a & 1 ? 1 : -1) * size[a];
+    places.push_back(place);
+  }
+  return places;
+}
+
+}  // namespace
+
+Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material) : cloud_(cloud) {
+  const Table body = c.section("body");
+  body_ = body.location();
+  const auto layers = body.list("layer"), regions = body.list("region");
+  if (!layers.empty() && body.has("material"))
+    body.refuse("material", "[body] has a material for the rest of the body, but its layers leave no rest",
+                "leave it out");
+  if (!layers.empty()) read_layers(body);
+  if (layers.empty() && (body.has("material") || regions.empty())) {
+    rest_ = count();
+    parts_.push_back({body.has("material") ? body.text("material") : only_material, body.location("material")});
+    contacts_.push_back(nullptr);
+  }
+  for (const Table& region : regions) read_region(c, region);
+  if (rest_ < 0 && layers.empty()) {
+    const std::span<const Vec3> x = cloud.owned_points();
+    collective_try(cloud.comm, [&] { (void)at(x, std::span(cloud.tag).first(x.size())); });
+  }
+}
+
+int Parts::add(const Table& table) {
+  parts_.push_back({table.text("material"), table.location("material")});
+  contacts_.push_back(nullptr);
+  if (table.has("contact")) {
+    contacts_.back() = std::make_unique<Function>(table.function("contact"));
+    has_contacts_ = true;
+  }
+  return count() - 1;
+}
+
+void Parts::read_layers(const Table& body) {
+  if (!body.has("along"))
+    body.refuse("", "[body] has layers, but not the axis across them", "add along = \"x\", \"y\" or \"z\"");
+  const std::string along = body.text("along");
+  const int axis = along[0] - 'x';
+  if (axis >= cloud_.dimension)
+    body.refuse("along", fmt::format("the body has no axis {}: it is {}D", along, cloud_.dimension),
+                cloud_.dimension == 1 ? "write along = \"x\"" : "write along = \"x\" or \"y\"");
+  for (const Table& layer : body.list("layer")) {
+    const double d = layer.number("thickness");
+    if (!(d > 0)) layer.refuse("thickness", fmt::format("the thickness is {:.6g} m", d), "it must be positive");
+    if (layers_.top.empty() && layer.has("contact"))
+      layer.refuse("contact", "the first layer has no layer before it", "give the contact to the layer above it");
+    layers_.top.push_back((layers_.top.empty() ? 0 : layers_.top.back()) + d);
+    add(layer);
+  }
+
+  double low = std::numeric_limits<double>::max(), high = -low;
+  const bool is_box = static_cast<int>(cloud_.walls.size()) > 2 * axis + 1;
+  for (int i = 0; i < cloud_.owned; ++i) {
+    // Points in the middle of their cells stand half a spacing off the wall.
+    const double wall = cloud_.points_on_walls ? 0 : cloud_.spacing[i] / 2;
+    low = std::min(low, cloud_.x[i][axis] - wall);
+    high = std::max(high, cloud_.x[i][axis] + wall);
+  }
+  low = min(cloud_.comm, low), high = max(cloud_.comm, high);
+  if (is_box) low = cloud_.walls[2 * axis], high = cloud_.walls[2 * axis + 1];
+  const double start = body.has("start") ? body.number("start") : low, total = layers_.top.back();
+  const double slack = (is_box || cloud_.points_on_walls ? 1e-6 : 1e-2) * (high - low);
+  const bool short_of = start > low + slack || start + total < high - slack;
+  if (short_of || (!body.has("start") && start + total > high + slack))
+    body.refuse(
+        "layer",
+        fmt::format("the layers are {:.6g} m thick together, from {} = {:.6g} m, the body reaches from {:.6g} m "
+                    "to {:.6g} m ({:.6g} m)",
+                    total, along, start, low, high, high - low),
+        short_of ? "make them as thick as the body" : "make them as thick as the body, or say where they start");
+  layers_.axis = axis, layers_.start = start;
+}
+
+void Parts::read_region(const Case& c, const Table& table) {
+  if (table.has("where") == table.has("tag"))
+    table.refuse("", table.has("tag") ? "the region has 'where' and 'tag'" : "the region says nothing of its points",
+                 "give where = \"...\" or tag = \"...\"");
+  Region region{.part = add(table)};
+  std::vector<char> in(cloud_.owned);
+  if (table.has("where")) {
+    region.where = [&c, table](std::span<const Vec3> x) { return where(c, table, x); };
+    collective_try(cloud_.comm, [&] { in = region.where(cloud_.owned_points()); });
+  } else {
+    const auto tag = std::ranges::find(cloud_.tags, table.text("tag"));
+    if (tag == cloud_.tags.end())
+      table.refuse("tag", fmt::format("no point has the tag '{}'", table.text("tag")),
+                   fmt::format("the tags of the cloud are '{}'", fmt::join(cloud_.tags, "', '")));
+    region.tag = static_cast<int>(tag - cloud_.tags.begin());
+    for (std::size_t i = 0; i < in.size(); ++i) in[i] = cloud_.tag[i] == region.tag;
+  }
+  if (!any(cloud_.comm, std::ranges::count(in, 1) > 0))
+    table.refuse(table.has("where") ? "where" : "tag", "the region holds no point",
+                 "change the selection, or leave the region out");
+  regions_.push_back(std::move(region));
+}
+
+const Function* Parts::contact(int part, int other) const {
+  const auto [low, high] = std::minmax(part, other);
+  if (low == high) return nullptr;
+  return contacts_[high] ? contacts_[high].get() : high < static_cast<int>(layers_.top.size()) ? nullptr : contacts_[low].get();
+}
+
+void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const {
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    part[i] = rest_;
+    if (layers_.axis < 0) continue;
+    const double s = x[i][layers_.axis] - layers_.start;
+    const auto layer = std::ranges::lower_bound(layers_.top, s) - layers_.top.begin();
+    part[i] = static_cast<int>(std::min<std::ptrdiff_t>(layer, std::ssize(layers_.top) - 1));
+  }
+  for (const Region& region : regions_) {
+    const std::vector<char> in = region.where ? region.where(x) : std::vector<char>();
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (in.empty() ? tag[i] == region.tag : in[i] != 0) part[i] = region.part;
+  }
+}
+
+std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) const {
+  std::vector<int> part(x.size(), 0);
+  if (count() == 1) return part;
+  find(x, tag, part);
+  for (std::size_t i = 0; i < x.size(); ++i)
+    if (part[i] < 0)
+      throw Error(
+          Fault::bad_case, body_,
+          fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z),
+          "give [body] a material for the points that no region takes");
+  return part;
+}
+
+bool Parts::is_inside(const Vec3& x) const {
+  for (std::size_t f = 0; f < cloud_.walls.size(); ++f) {
+    const double off = x[static_cast<int>(f / 2)] - cloud_.walls[f];
+    if (f % 2 == 0 ? off < 0 : off > 0) return false;
+  }
+  return true;
+}
+
+std::vector<PlacesOfPart> Parts::shares(std::span<const Vec3> x, std::span<const int> tag,
+                                        std::span<const double> size) const {
+  std::vector<PlacesOfPart> shares(count());
+  const std::vector<Vec3> offsets = surroundings(cloud_.dimension);
+  std::vector<int> own = at(x, tag), part(x.size());
+  std::vector<double> share(x.size() * count()), inside(x.size());
+  std::vector<Vec3> moved(x.begin(), x.end());
+  for (const Vec3& offset : offsets) {
+    if (count() == 1) break;
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      moved[i] = x[i] + nearby * size[i] * offset;
+      if (!is_inside(moved[i])) moved[i] = x[i];
+    }
+    find(moved, tag, part);
+    for (std::size_t i = 0; i < x.size(); ++i) {
+      if (moved[i] == x[i] || part[i] < 0 || contact(part[i], own[i])) continue;
+      share[i * count() + part[i]] += 1, inside[i] += 1;
+    }
+  }
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    for (int p = 0; p < count(); ++p) {
+      const double s = inside[i] > 0 ? share[i * count() + p] / inside[i] : p == own[i] ? 1.0 : 0.0;
+      if (s == 0) continue;
+      shares[p].place.push_back(static_cast<int>(i));
+      shares[p].share.push_back(s);
+    }
+  }
+  return shares;
+}
+
+std::vector<PlacesOfPart> Parts::cell_shares() const {
+  std::vector<PlacesOfPart> shares(count());
+  const auto add = [&](int part, int i, double share) {
+    if (!shares[part].place.empty() && shares[part].place.back() == i)
+      shares[part].share.back() += share;
+    else
+      shares[part].place.push_back(i), shares[part].share.push_back(share);
+  };
+  const std::vector<int> own = at(cloud_.x, cloud_.tag);
+  const CellSampler sampler(cloud_);
+  CellSamples cell;
+  std::vector<int> tags, part;
+  for (int i = 0; i < cloud_.local(); ++i) {
+    // Only the cells of owned points are known.
+    if (count() == 1 || i >= cloud_.owned) {
+      add(own[i], i, 1);
+      continue;
+    }
+    if (cloud_.lattice && regions_.empty()) {  // exactly
+      const auto [low, high] = cloud_.lattice->cell(layers_.axis, cloud_.lattice->index(cloud_.id[i])[layers_.axis]);
+      double begin = low;
+      for (std::size_t layer = 0; layer < layers_.top.size() && begin < high; ++layer) {
+        const bool is_last = layer + 1 == layers_.top.size();
+        const double end = is_last ? high : std::clamp(layers_.start + layers_.top[layer], begin, high);
+        if (end - begin > shortest * (high - low)) add(static_cast<int>(layer), i, (end - begin) / (high - low));
+        begin = end;
+      }
+      continue;
+    }
+    sampler.near(cloud_.x[i], nearby * cloud_.spacing[i], cell);
+    tags.assign(cell.x.size(), cloud_.tag[i]), part.resize(cell.x.size());
+    find(cell.x, tags, part);
+    double whole = 0;
+    for (std::size_t n = 0; n < cell.x.size(); ++n) whole += part[n] < 0 ? 0 : cell.weight[n];
+    if (whole == 0) add(own[i], i, 1);
+    for (int p = 0; p < count(); ++p)
+      for (std::size_t n = 0; n < cell.x.size() && whole > 0; ++n)
+        if (part[n] == p) add(p, i, cell.weight[n] / whole);
+  }
+  return shares;
+}
+
+std::vector<double> Parts::samples(const Segment& segment) const {
+  constexpr int equal_parts = 8;  // thinner regions than that between two points are not seen
+  std::vector<double> s = {0, 1};
+  const int axis = layers_.axis;
+  if (axis >= 0 && segment.a[axis] != segment.b[axis]) {  // layers of any thickness are
+    std::vector<double> ends = {0, 1};
+    for (std::size_t n = 0; n + 1 < layers_.top.size(); ++n) {
+      const double plane = layers_.start + layers_.top[n];
+      const double at = (plane - segment.a[axis]) / (segment.b[axis] - segment.a[axis]);
+      if (at > 0 && at < 1) ends.push_back(at);
+    }
+    std::ranges::sort(ends);
+    for (std::size_t n = 0; n + 1 < ends.size(); ++n) s.push_back(0.5 * (ends[n] + ends[n + 1]));
+  }
+  if (!regions_.empty())
+    for (int n = 0; n < equal_parts; ++n) s.push_back((n + 0.5) / equal_parts);
+  std::ranges::sort(s);
+  return s;
+}
+
+Parts::Pieces Parts::along(std::span<const Segment> segments) const {
+  /// Somewhere between two places of a segment one part ends and another begins.
+  struct Change {
+    std::size_t segment;
+    double low, high;
+    int part_low, part_high;
+  };
+  std::vector<Vec3> x;
+  std::vector<int> tags, part;
+  const auto ask = [&](const Segment& g, double s) {
+    x.push_back(s == 1 ? g.b : g.a + s * (g.b - g.a));
+    tags.push_back(s <= 0.5 ? g.tag_a : g.tag_b);
+  };
+  std::vector<std::vector<double>> places;
+  for (const Segment& g : segments) {
+    places.push_back(samples(g));
+    for (const double s : places.back()) ask(g, s);
+  }
+  part.resize(x.size());
+  find(x, tags, part);
+  std::vector<Change> changes;
+  for (std::size_t g = 0, n = 0; g < segments.size(); ++g)
+    for (std::size_t k = 0; k < places[g].size(); ++k, ++n)
+      if (k > 0 && part[n] != part[n - 1]) changes.push_back({g, places[g][k - 1], places[g][k], part[n - 1], part[n]});
+  std::vector<int> last;
+  for (std::size_t g = 0, n = 0; g < segments.size(); ++g) n += places[g].size(), last.push_back(part[n - 1]);
+
+  for (int halving = 0; halving < 52 && !changes.empty(); ++halving) {
+    x.clear(), tags.clear();
+    for (const Change& c : changes) ask(segments[c.segment], 0.5 * (c.low + c.high));
+    part.resize(x.size());
+    find(x, tags, part);
+    for (std::size_t n = 0; n < part.size(); ++n) {
+      Change& c = changes[n];
+      const double middle = 0.5 * (c.low + c.high);
+      if (part[n] == c.part_low) {
+        c.low = middle;
+        continue;
+      }
+      const Change rest{c.segment, middle, c.high, part[n], c.part_high};
+      c.high = middle, c.part_high = part[n];
+      if (part[n] != rest.part_high) changes.push_back(rest);  // a third part lies between (invalidates c)
+    }
+  }
+  std::ranges::stable_sort(changes, [](const Change& a, const Change& b) {
+    return std::pair(a.segment, a.low) < std::pair(b.segment, b.low);
+  });
+  Pieces pieces;
+  auto change = changes.begin();
+  for (std::size_t g = 0; g < segments.size(); ++g) {
+    for (; change != changes.end() && change->segment == g; ++change)
+      pieces.piece.push_back({change->part_low, 0.5 * (change->low + change->high)});
+    pieces.piece.push_back({last[g], 1});
+    pieces.row.push_back(static_cast<std::int64_t>(pieces.piece.size()));
+  }
+  return pieces;
+}
+
+bool Parts::has_plane_between(const Vec3& a, const Vec3& b) const {
+  if (layers_.axis < 0) return false;
+  const auto [low, high] = std::minmax(a[layers_.axis] - layers_.start, b[layers_.axis] - layers_.start);
+  const auto above = std::ranges::lower_bound(layers_.top, low);
+  return above != layers_.top.end() && *above <= high && above + 1 != layers_.top.end();
+}
+
+Vec3 Parts::normal(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const {
+  const int layer_count = static_cast<int>(layers_.top.size());
+  if (part < layer_count && other < layer_count) {
+    Vec3 n;
+    n[layers_.axis] = 1;
+    return n;
+  }
+  const Vec3 direction = (1 / norm(along)) * along;
+  if (cloud_.dimension == 1) return direction;
+  // Where lines beside the one through x cross the surface.
+  const auto crossing = [&](const Vec3& beside) {
+    double low = -0.5 * size, high = 0.5 * size;
+    std::vector<int> found(2);
+    const auto ask = [&](double a, double b) {
+      const Vec3 places[] = {x + beside + a * direction, x + beside + b * direction};
+      const int tags[] = {tag, tag};
+      find(places, tags, found);
+    };
+    ask(low, high);
+    const int first = found[0];
+    if (first == found[1]) return x + beside;
+    for (int n = 0; n < 40; ++n) {
+      const double middle = 0.5 * (low + high);
+      ask(middle, middle);
+      (found[0] == first ? low : high) = middle;
+    }
+    return x + beside + 0.5 * (low + high) * direction;
+  };
+  const Vec3 aside = std::abs(direction.z) < 0.9 && cloud_.dimension == 3 ? Vec3{0, 0, 1}
+                     : cloud_.dimension == 3                              ? Vec3{1, 0, 0}
+                                                                          : Vec3{0, 0, 1};
+  const Vec3 t = (1 / norm(cross(direction, aside))) * cross(direction, aside);
+  const double step = 1e-3 * size;
+  const Vec3 on_t = crossing(step * t) - crossing(-step * t);
+  if (cloud_.dimension == 2) {
+    const Vec3 n{-on_t.y, on_t.x, 0};
+    return (1 / norm(n)) * n;
+  }
+  const Vec3 u = cross(direction, t), on_u = crossing(step * u) - crossing(-step * u), n = cross(on_t, on_u);
+  return (1 / norm(n)) * n;
+}
+
+void declare_parts(Schema& schema) {
+  const std::vector<std::string> axes = {"x", "y", "z"};
+  schema.add(
+      {.path = "body",
+       .sentence = "What the body is made of; not needed where there is one material that is no phase of another.",
+       .keys = {{"material", Kind::text, "", optional, "Material of all points that no region takes."},
+                {"conductivity_mean",
+                 Kind::choice,
+                 "",
+                 "automatic",
+                 "How two points of one part share a conductivity. automatic: integral where every k depends on T "
+                 "alone, harmonic for values given in layers, arithmetic for the rest. Across an interface the parts "
+                 "conduct in series.",
+                 {"automatic", "integral", "arithmetic", "harmonic"}},
+                {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
+                {"start", Kind::quantity, "m", optional,
+                 "Coordinate at which the first layer begins; default: the low side of the body."}}});
+  schema.add({.path = "body.layer[]",
+              .sentence = "A layer of the body. The interface lies where the thicknesses put it, on points or between.",
+              .keys = {{"material", Kind::text, "", required, "Material of the layer."},
+                       {"thickness", Kind::quantity, "m", required, "Thickness of the layer."},
+                       {"contact", Kind::function, "W/(m^2 K)", optional,
+                        "Conductance of the contact with the layer before it, of place and temperature; absent: they "
+                        "touch."}}});
+  auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
+  keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
+  keys.push_back({"tag", Kind::text, "", optional, "Tag of the points of the region."});
+  keys.push_back({"contact", Kind::function, "W/(m^2 K)", optional,
+                  "Conductance of the contact with what is around it, of place and temperature; absent: they touch."});
+  schema.add({.path = "body.region[]",
+              .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
+              .keys = keys});
+}
+
+}  // namespace calor

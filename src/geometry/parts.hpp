@@ -1,0 +1,106 @@
+#pragma once
+// The parts of a body: its layers and regions, each of one material, and where they meet. An interface is geometry, not
+// a set of points: the plane between two layers, or the surface on which a region's formula changes.
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "base/function.hpp"
+#include "case/case.hpp"
+#include "cloud/cloud.hpp"
+
+namespace calor {
+
+struct Part {
+  std::string material;
+  SourceLocation location;  ///< where the case names it
+};
+
+/// A share of some places, in ascending order.
+struct PlacesOfPart {
+  std::vector<int> place;
+  std::vector<double> share;
+};
+
+/// A piece of a segment from a to b: it lies in one part and ends at `end`, a fraction of the way.
+struct SegmentPiece {
+  int part;
+  double end;
+};
+
+class Parts {
+ public:
+  /// The parts of [body], or one of `only_material` if it names none. Refuses layers that do not cover the body and
+  /// regions that hold no point. Collective; throws Error(bad_case).
+  Parts(const Case& c, const Cloud& cloud, const std::string& only_material);
+  /// One part.
+  explicit Parts(const Cloud& cloud) : cloud_(cloud), parts_(1), rest_(0), contacts_(1) {}
+
+  int count() const { return static_cast<int>(parts_.size()); }
+  const Part& operator[](int part) const { return parts_[part]; }
+  /// Conductance of the contact between two parts that meet, W/(m^2 K); null: they touch.
+  const Function* contact(int part, int other) const;
+  bool has_contacts() const { return has_contacts_; }
+
+  /// The part of every place; on an interface one of those that meet there. `tag`: of the point that the place belongs
+  /// to. Throws Error(bad_case), maybe on one rank alone, for a place that no part holds.
+  std::vector<int> at(std::span<const Vec3> x, std::span<const int> tag) const;
+  /// For every part which places it has, and how much of them: all, or on an interface the part of the surroundings
+  /// inside the body that it fills. `size`: of what is around every place, m. Places at contacts belong to one side.
+  std::vector<PlacesOfPart> shares(std::span<const Vec3> x, std::span<const int> tag,
+                                   std::span<const double> size) const;
+  /// The share of every part in the cells of all local points of the cloud.
+  std::vector<PlacesOfPart> cell_shares() const;
+
+  /// Segments between places a and b, b - a of each and the points' tags.
+  struct Segment {
+    Vec3 a, b;
+    int tag_a = 0, tag_b = 0;
+  };
+  /// What every segment runs through, in order; each begins in the part of its place a and ends in that of b. Rows of
+  /// pieces: those of segment s are piece[row[s]] .. piece[row[s+1]].
+  struct Pieces {
+    std::vector<std::int64_t> row = {0};
+    std::vector<SegmentPiece> piece;
+  };
+  Pieces along(std::span<const Segment> segments) const;
+  /// Does a plane between layers lie between two places, or in one of them?
+  bool has_plane_between(const Vec3& a, const Vec3& b) const;
+  /// Unit normal of the surface between two parts at x, which lies on it; `along`: a direction that crosses it.
+  Vec3 normal(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const;
+
+ private:
+  struct Layers {
+    int axis = -1;  ///< -1: there are none
+    double start = 0;
+    std::vector<double> top;  ///< above the start, ascending, m
+  };
+  struct Region {
+    int part;
+    int tag = -1;  ///< of the points that belong to it; or
+    std::function<std::vector<char>(std::span<const Vec3>)> where = {};
+  };
+
+  void read_layers(const Table& body);
+  void read_region(const Case& c, const Table& table);
+  int add(const Table& table);
+  void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
+  bool is_inside(const Vec3& x) const;  // of a box; true elsewhere
+  std::vector<double> samples(const Segment& segment) const;
+
+  const Cloud& cloud_;
+  std::vector<Part> parts_;
+  SourceLocation body_;
+  int rest_ = -1;  ///< the part of what no region takes
+  Layers layers_;
+  std::vector<Region> regions_;
+  std::vector<std::unique_ptr<Function>> contacts_;  ///< of every part, with the part before it or all around it
+  bool has_contacts_ = false;
+};
+
+void declare_parts(Schema& schema);
+
+}  // namespace calor
