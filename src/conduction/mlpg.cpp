@@ -10,9 +10,11 @@
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "conduction/constraint.hpp"
+#include "conduction/cracked_pairs.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/mlpg_stability.hpp"
 #include "conduction/quadrature.hpp"
+#include "conduction/sph.hpp"
 
 namespace calor {
 
@@ -253,11 +255,40 @@ Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& co
   return d;
 }
 
+/// Bodies of several parts and cracked ones: a gradient of moving least squares would reach across interfaces, where it
+/// jumps. The faces are parallel to the lines between the points then, a_ij = G_ij x_ji, so that the edge-stabilised
+/// flux is that of the two points alone, in series through what lies between them. On lattices these are the faces of
+/// the cells, elsewhere and beside cracks those of consistent weights.
+Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions& conditions, const Parts& parts,
+                             MethodReport& report) {
+  constexpr double smoothing = 1.2;
+  const bool tiles = cloud.lattice && !has_cracks(c);
+  MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
+  count_pairs(cloud, pairs.neighbours, report);
+  CorrectionReport done;
+  auto G = tiles ? graded_lattice_weights(cloud, pairs.neighbours, done)
+                 : sph_consistent_weights(cloud, pairs.neighbours, smoothing, done);
+  auto discretisation =
+      with_cracks(c, cloud, parts, conditions, std::move(pairs), std::move(G), Layers::odd, done, report);
+  add_to_report(done, report);
+  return discretisation;
+}
+
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("mlpg");
-  if (has_cracks(c)) c.root().refuse("method", "mlpg knows no cracks", "use method = \"sph\" or \"peridynamics\"");
   MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  const Parts& parts = material.parts();
+  const bool is_broken = has_cracks(c) || parts.has_contacts(), by_default = !table.has("flux") && !table.has("subdomain");
+  if (is_broken && !by_default && o.flux == MlpgFlux::parameters)
+    table.refuse(table.has("flux") ? "flux" : "subdomain",
+                 "the supports of moving least squares with parameters reach across cracks and contacts",
+                 "leave it out, or take flux = \"edge-stabilised\"");
+  if (is_broken || (parts.count() > 1 && (by_default || o.flux == MlpgFlux::edge_stabilised))) {
+    o.flux = MlpgFlux::edge_stabilised;
+    refuse_what_does_not_fit(c, cloud, o);
+    return between_parts(c, cloud, conditions, parts, report);
+  }
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
   if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
     o.capacity = MlpgCapacity::one_point;
@@ -350,8 +381,9 @@ void declare_mlpg(Schema& schema) {
             Kind::choice,
             "",
             optional,
-            "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions), or "
-            "\"edge-stabilised\" from the temperatures of the points (default in three; never seen unstable).",
+            "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a body "
+            "of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for layers, "
+            "regions and cracks, which conduct in series; never seen unstable).",
             {"parameters", "edge-stabilised"}},
            {"capacity",
             Kind::choice,
