@@ -17,7 +17,8 @@ int check_case(const Case& c, MPI_Comm comm) {
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
-  Probes probes(c, *model.cloud, &system.dofs());
+  Probes probes(c, *model.cloud, &system.dofs(), &system.material().parts());
+  std::ranges::copy(probes.notes(), std::back_inserter(model.notes));
   const Cloud& cloud = *model.cloud;
   const CloudCheck sound = check(cloud);
   Start begin = start(model);

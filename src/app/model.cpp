@@ -108,6 +108,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                    [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
   std::ranges::copy(discretisation.notes, std::back_inserter(m.notes));
+  if (const auto note = note_of_jumps(*m.cloud, *discretisation.conduction, materials.front(), m.T_start))
+    m.notes.push_back(*note);
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
   for (const QuadraturePoints* points : discretisation.locations)

@@ -152,7 +152,8 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
       fmt::format("{} points in {}D, method {}", model.cloud->count, model.cloud->dimension, method));
   for (const std::string& note : model.notes) say(spdlog::level::info, note);
 
-  const Probes probes(c, *model.cloud, &system.dofs());
+  const Probes probes(c, *model.cloud, &system.dofs(), &system.material().parts());
+  for (const std::string& note : probes.notes()) say(spdlog::level::warn, note);
   Start begin = start(model);
   State& state = begin.state;
   const RunSetup setup{.description = c,

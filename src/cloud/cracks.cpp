@@ -158,18 +158,27 @@ bool Cracks::is_full_cut(int crack) const {
   return std::ranges::all_of(segments_[crack], [](const CrackPiece& p) { return p.tips.empty(); });
 }
 
+bool Cracks::separate(const Vec3& a, const Vec3& b) const {
+  const auto cuts = [&](const CrackPiece& piece) {
+    const double from = piece.side(a), to = piece.side(b);
+    return ((from < 0 && to > 0) || (from > 0 && to < 0)) && holds(piece, a + (from / (from - to)) * (b - a));
+  };
+  return std::ranges::any_of(segments_, [&](const auto& pieces) { return std::ranges::any_of(pieces, cuts); });
+}
+
+/// Does a piece hold x, a point of its plane?
+bool Cracks::holds(const CrackPiece& piece, const Vec3& x) const {
+  if (cloud_.dimension == 3) return inside(piece.extended, piece.normal, x);
+  const Vec3 along = piece.extended[1] - piece.extended[0];
+  const double s = dot(x - piece.extended[0], along) / dot(along, along);
+  return s > -1e-9 && s < 1 + 1e-9;  // a pair through a corner of a polyline must not slip through
+}
+
 double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
   const double from = piece.side(a), to = piece.side(b);
   if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return 0;
   const Vec3 x = a + (from / (from - to)) * (b - a);
-  bool within = false;
-  if (cloud_.dimension == 3) {
-    within = inside(piece.extended, piece.normal, x);
-  } else {
-    const Vec3 along = piece.extended[1] - piece.extended[0];
-    const double s = dot(x - piece.extended[0], along) / dot(along, along);
-    within = s > -1e-9 && s < 1 + 1e-9;  // a pair through a corner of a polyline must not slip through
-  }
+  const bool within = holds(piece, x);
   double tip = std::numeric_limits<double>::infinity();
   for (const CrackPiece::Tip& t : piece.tips) tip = std::min(tip, distance(x, t.a, t.b));
   if (!within) tip = -tip;

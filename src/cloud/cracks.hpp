@@ -59,6 +59,8 @@ class Cracks {
   /// Position of a local point for all questions about sides: points on a crack are moved 1e-3 spacings to its
   /// upper side.
   const Vec3& location(int i) const { return location_[i]; }
+  /// Does a crack lie between two places? Tips count as where the crack ends.
+  bool separate(const Vec3& a, const Vec3& b) const;
   std::int64_t moved() const { return moved_; }  ///< points on cracks, of all ranks
 
   /// Sorted by entry, then by crack; the same fraction and length for (i, j) and (j, i).
@@ -68,6 +70,7 @@ class Cracks {
   struct Surface;
   Surface surface_at(const Vec3& place) const;
   bool runs_inside(const Vec3& a, const Vec3& b) const;  ///< of an edge, any part
+  bool holds(const CrackPiece& piece, const Vec3& x) const;
   double cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
   void find_tips();
   void reach_out_of_the_body();

@@ -279,12 +279,14 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   const Table table = c.section("mlpg");
   MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
   const Parts& parts = material.parts();
-  const bool is_broken = has_cracks(c) || parts.has_contacts(), by_default = !table.has("flux") && !table.has("subdomain");
-  if (is_broken && !by_default && o.flux == MlpgFlux::parameters)
-    table.refuse(table.has("flux") ? "flux" : "subdomain",
-                 "the supports of moving least squares with parameters reach across cracks and contacts",
+  const bool is_broken = has_cracks(c) || parts.has_contacts();
+  std::string asked;  // a key that only parameters have
+  for (const char* key : {"flux", "subdomain", "capacity", "prescribed"})
+    if (asked.empty() && table.has(key) && table.text(key) != "edge-stabilised") asked = key;
+  if (is_broken && !asked.empty())
+    table.refuse(asked, "the supports of moving least squares with parameters reach across cracks and contacts",
                  "leave it out, or take flux = \"edge-stabilised\"");
-  if (is_broken || (parts.count() > 1 && (by_default || o.flux == MlpgFlux::edge_stabilised))) {
+  if (is_broken || (parts.count() > 1 && asked.empty())) {
     o.flux = MlpgFlux::edge_stabilised;
     refuse_what_does_not_fit(c, cloud, o);
     return between_parts(c, cloud, conditions, parts, report);

@@ -7,6 +7,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "base/parallel.hpp"
 #include "output/files.hpp"
@@ -20,9 +21,10 @@ struct Candidate {
   double distance;
   std::int64_t id;
   Vec3 x;
+  Vec3 side;  ///< where it lies for all questions about sides: beside a crack that it is on
   double spacing;
   std::uint32_t on_faces;
-  int rank, point;
+  int tag, rank, point;
 };
 
 bool nearer(const Candidate& a, const Candidate& b) {
@@ -30,14 +32,16 @@ bool nearer(const Candidate& a, const Candidate& b) {
 }
 
 /// The `most` points of the whole cloud next to p, nearest first, the same on every rank.
-std::vector<Candidate> nearest_points(const Cloud& cloud, const Vec3& p, int most) {
+std::vector<Candidate> nearest_points(const Cloud& cloud, const Cracks* cracks, const Vec3& p, int most) {
   std::vector<Candidate> mine;  // a heap with the farthest on top
   for (int i = 0; i < cloud.owned; ++i) {
     const Candidate c{.distance = norm(cloud.x[i] - p),
                       .id = cloud.id[i],
                       .x = cloud.x[i],
+                      .side = cracks ? cracks->location(i) : cloud.x[i],
                       .spacing = cloud.spacing[i],
                       .on_faces = cloud.on_faces[i],
+                      .tag = cloud.tag[i],
                       .rank = rank_of(cloud.comm),
                       .point = i};
     if (static_cast<int>(mine.size()) == most && !nearer(c, mine.front())) continue;
@@ -115,12 +119,13 @@ std::vector<std::array<int, 3>> monomials(int dimension) {
 /// Weights a of the points such that sum a_i f(x_i) = f(p) for every polynomial f of the third degree, with the least
 /// sum a_i^2 / w_i: moving least squares in dual form. Where the points do not determine a monomial (too few of them,
 /// few layers), or only with large weights of both signs, it is left out.
-std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, const Cloud& cloud) {
-  const int n = static_cast<int>(near.size()), dimension = cloud.dimension;
+std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, bool are_all,
+                                          int dimension) {
+  const int n = static_cast<int>(near.size());
   // The weight vanishes at the farthest point, so that of several at the same distance none is preferred; unless these
-  // are all points that there are. It is steep at the probe, so that a peak next to it is not flattened by the points
+  // are all points that the probe sees. It is steep at the probe, so that a peak next to it is not flattened by the points
   // that a cubic needs in all.
-  const double reach = (n == cloud.count ? 2 : 1) * near.back().distance, spacing = near.front().spacing;
+  const double reach = (are_all ? 2 : 1) * near.back().distance, spacing = near.front().spacing;
   Eigen::VectorXd root_w(n);
   for (int i = 0; i < n; ++i)
     root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 3) / std::hypot(near[i].distance / spacing, 0.1);
@@ -153,9 +158,72 @@ std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candida
   return {best.begin(), best.end()};
 }
 
+/// The points around a probe that one of the parts of the body shows it.
+struct View {
+  int part;
+  double share;  ///< in the probe's temperature
+  std::vector<Candidate> points;
+};
+
+/// What a probe at p sees: in the part that it lies in, or on an interface from every side.
+std::vector<View> views_of(const Obstacles& obstacles, const Vec3& p, const std::vector<Candidate>& near) {
+  const auto [parts, cracks] = obstacles;
+  const int tag = near.front().tag;
+  std::vector<View> views;
+  if (!parts || parts->count() == 1) {
+    views.push_back({0, 1, near});
+  } else {
+    const auto shares = parts->shares({&p, 1}, {&tag, 1}, {&near.front().spacing, 1});
+    for (int part = 0; part < parts->count(); ++part)
+      if (!shares[part].place.empty()) views.push_back({part, 0, near});
+    std::vector<Parts::Segment> segments;
+    for (const Candidate& c : near) segments.push_back({p, c.x, tag, c.tag});
+    const Parts::Pieces pieces = parts->along(segments);
+    for (View& view : views) {
+      std::size_t n = 0;
+      std::erase_if(view.points, [&](const Candidate&) {
+        double begin = 0;
+        bool hidden = false;
+        for (auto q = pieces.row[n]; q < pieces.row[n + 1]; ++q) {
+          const auto& [part, end] = pieces.piece[q];
+          hidden = hidden || (end - begin > 1e-6 && part != view.part);
+          begin = end;
+        }
+        ++n;
+        return hidden;
+      });
+    }
+  }
+  for (View& view : views)
+    if (cracks) std::erase_if(view.points, [&](const Candidate& c) { return cracks->separate(p, c.side); });
+  std::erase_if(views, [](const View& view) { return view.points.empty(); });
+  if (views.empty()) views.push_back({0, 1, near});  // a part without points
+  for (View& view : views) view.share = 1.0 / static_cast<double>(views.size());
+  return views;
+}
+
+/// Is p on a contact or on a crack?
+bool is_on_contact(const Cloud& cloud, const Obstacles& obstacles, const Vec3& p, const Candidate& next) {
+  const double step = 1e-6 * next.spacing;
+  for (int axis = 0; axis < cloud.dimension; ++axis) {
+    Vec3 aside;
+    aside[axis] = step;
+    const Parts::Segment across{p - aside, p + aside, next.tag, next.tag};
+    if (obstacles.cracks && obstacles.cracks->separate(across.a, across.b)) return true;
+    if (!obstacles.parts || !obstacles.parts->has_contacts()) continue;
+    const Parts::Pieces pieces = obstacles.parts->along({&across, 1});
+    for (std::size_t q = 1; q < pieces.piece.size(); ++q)
+      if (obstacles.parts->contact(pieces.piece[q - 1].part, pieces.piece[q].part)) return true;
+  }
+  return false;
+}
+
 }  // namespace
 
-Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs) : comm_(cloud.comm), first_slot_{0} {
+Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs, const Parts* parts)
+    : comm_(cloud.comm), first_slot_{0} {
+  std::unique_ptr<Cracks> cracks;
+  if (has_cracks(c)) cracks = std::make_unique<Cracks>(cloud, read_cracks(c, cloud));
   const Table section = c.section("probe");
   for (const std::string& name : section.keys()) {
     const std::vector<double> at = section.numbers(name);
@@ -169,14 +237,14 @@ Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs) : comm_(clou
           fmt::format("give {} lengths; any further ones are 0", cloud.dimension));
     Vec3 place;
     for (std::size_t axis = 0; axis < at.size(); ++axis) place[static_cast<int>(axis)] = at[axis];
-    add(cloud, place, name, section.location(name));
+    add(cloud, {parts, cracks.get()}, place, name, section.location(name));
   }
   ask(dofs);
 }
 
 Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs)
     : comm_(cloud.comm), first_slot_{0} {
-  for (std::size_t p = 0; p < places.size(); ++p) add(cloud, places[p], names[p], {});
+  for (std::size_t p = 0; p < places.size(); ++p) add(cloud, {}, places[p], names[p], {});
   ask(dofs);
 }
 
@@ -187,21 +255,41 @@ void Probes::ask(const Dofs* dofs) {
   value_rows_ = dofs->interpolation(own);
 }
 
-void Probes::add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case) {
+void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& place, const std::string& name,
+                 const SourceLocation& in_case) {
   constexpr int most[] = {8, 30, 80};  // about three times the number of cubic monomials
-  std::vector<Candidate> near = nearest_points(cloud, place, most[cloud.dimension - 1]);
+  const bool is_divided = obstacles.cracks || (obstacles.parts && obstacles.parts->count() > 1);
+  // Where a part of the points is out of sight, enough are left.
+  std::vector<Candidate> near =
+      nearest_points(cloud, obstacles.cracks, place, (is_divided ? 3 : 1) * most[cloud.dimension - 1]);
   check_inside(cloud, place, near, name, in_case);
-  std::vector<double> weight{1};
-  if (near.front().distance <= 1e-9 * near.front().spacing)
-    near.resize(1);
-  else
-    weight = interpolation_weights(place, near, cloud);
-  const int first = first_slot_.back();
-  for (std::size_t i = 0; i < near.size(); ++i)
-    if (near[i].rank == rank_of(comm_))
-      entries_.push_back({.slot = first + static_cast<int>(i), .point = near[i].point, .weight = weight[i]});
-  first_slot_.push_back(first + static_cast<int>(near.size()));
   if (near.front().rank == rank_of(comm_)) own_.push_back(static_cast<int>(names_.size()));
+  bool on_contact = false;
+  if (is_divided) collective_try(comm_, [&] { on_contact = is_on_contact(cloud, obstacles, place, near.front()); });
+  if (on_contact)
+    notes_.push_back(fmt::format("{}: probe '{}' sits on a contact or crack, where the temperature jumps: move it a "
+                                 "little to the side that is meant",
+                                 in_case.text(), name));
+  std::vector<View> views;
+  collective_try(comm_, [&] {
+    if (near.front().distance <= 1e-9 * near.front().spacing)
+      views.push_back({0, 1, {near.front()}});
+    else
+      views = views_of(obstacles, place, near);
+  });
+  int slot = first_slot_.back();
+  for (View& view : views) {
+    const std::size_t enough = most[cloud.dimension - 1];
+    const bool are_all = view.points.size() < enough || std::ssize(view.points) == cloud.count;
+    if (view.points.size() > enough) view.points.resize(enough);
+    const std::vector<double> weight = view.points.size() == 1
+                                           ? std::vector<double>{1}
+                                           : interpolation_weights(place, view.points, are_all, cloud.dimension);
+    for (std::size_t i = 0; i < view.points.size(); ++i, ++slot)
+      if (view.points[i].rank == rank_of(comm_))
+        entries_.push_back({.slot = slot, .point = view.points[i].point, .weight = view.share * weight[i]});
+  }
+  first_slot_.push_back(slot);
   names_.push_back(name);
   places_.push_back(place);
 }

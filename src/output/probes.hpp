@@ -1,6 +1,7 @@
 #pragma once
 // Temperatures at given places: by the method's own shape functions, or interpolated from the nearest points (cubic
-// where the points allow).
+// where the points allow) that lie in the same part of the body: neither across interfaces, where the gradient jumps,
+// nor across contacts and cracks, where the temperature does.
 #include <optional>
 #include <span>
 #include <string>
@@ -9,20 +10,30 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
+#include "cloud/cracks.hpp"
 #include "conduction/dofs.hpp"
+#include "geometry/parts.hpp"
 
 namespace calor {
+
+/// What a probe cannot look across.
+struct Obstacles {
+  const Parts* parts = nullptr;
+  const Cracks* cracks = nullptr;
+};
 
 class Probes {
  public:
   /// Probes of [probe]. Refuses a probe outside the body. `dofs`: what gives the temperatures; without them
-  /// these are fields like any other. Collective.
-  Probes(const Case& c, const Cloud& cloud, const Dofs* dofs = nullptr);
+  /// these are fields like any other. `parts`: null for a body of one part. Collective.
+  Probes(const Case& c, const Cloud& cloud, const Dofs* dofs = nullptr, const Parts* parts = nullptr);
   /// At given places (m), for other users. Collective.
   Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs = nullptr);
 
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<Vec3>& places() const { return places_; }
+  /// What a user should know: probes that sit on a contact or a crack.
+  const std::vector<std::string>& notes() const { return notes_; }
   /// One value per probe from a field of the owned points, on every rank; the same bits on any number of ranks.
   /// Collective.
   std::vector<double> sample(std::span<const double> field) const;
@@ -32,9 +43,10 @@ class Probes {
 
  private:
   void ask(const Dofs* dofs);
-  void add(const Cloud& cloud, const Vec3& place, const std::string& name, const SourceLocation& in_case);
+  void add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& place, const std::string& name,
+           const SourceLocation& in_case);
 
-  std::vector<std::string> names_;
+  std::vector<std::string> names_, notes_;
   std::vector<Vec3> places_;
   MPI_Comm comm_;
   struct Entry {
