@@ -41,27 +41,22 @@ std::span<const double> Coefficients::dk_dT() {
   return dk_dT_;
 }
 
-std::span<const double> Coefficients::theta() {
-  if (!has_theta_) {
-    const std::span<const double> at = T();
-    theta_.resize(at.size());
-    material_->theta(at, theta_);
-    has_theta_ = true;
-  }
-  return theta_;
-}
-
 Conductivity Coefficients::at_ends(Purpose purpose) {
-  Conductivity all{.mean = material_->mean(), .k = k(), .dk_dT = {}, .theta = {}};
-  if (purpose == Purpose::jacobian) all.dk_dT = dk_dT();
-  if (all.mean == Mean::integral) all.theta = theta();
-  return all;
+  const Mean mean = material_->mean() == Mean::harmonic ? Mean::harmonic : Mean::arithmetic;
+  return {.mean = mean, .k = k(), .dk_dT = purpose == Purpose::jacobian ? dk_dT() : std::span<const double>(), .theta = {}};
 }
 
 Conductivity Coefficients::conductivity(Purpose purpose) {
   const Mean mean = phi_ ? Mean::arithmetic : material_->mean();
-  if (mean == Mean::integral && purpose == Purpose::rate)
-    return {.mean = mean, .k = {}, .dk_dT = {}, .theta = theta()};
+  if (mean == Mean::integral && purpose == Purpose::rate) {
+    if (!has_theta_) {
+      const std::span<const double> at = T();
+      theta_.resize(at.size());
+      material_->theta(at, theta_);
+      has_theta_ = true;
+    }
+    return {.mean = mean, .k = {}, .dk_dT = {}, .theta = theta_};
+  }
   // Differences of theta have no term in dk/dT.
   const bool with_derivative = purpose == Purpose::jacobian && mean != Mean::integral;
   const std::span<const double> derivative = with_derivative ? dk_dT() : std::span<const double>();

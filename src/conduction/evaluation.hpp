@@ -16,8 +16,7 @@ struct Conductivity {
   std::span<const double> k;      ///< W/(m K)
   std::span<const double> dk_dT;  ///< only for Jacobians; empty: k does not depend on T, or counts as frozen
   std::span<const double> theta;  ///< integral of k dT, W/m; only for rates with Mean::integral
-  /// At the ends of pairs that cross interfaces, where a method has such; with k always, and theta where the mean is
-  /// the integral one.
+  /// At the ends of pairs that cross interfaces or cracks, where a method has such.
   const Conductivity* ends = nullptr;
 };
 
@@ -42,12 +41,10 @@ class Coefficients {
   /// Empty where k does not depend on T or is frozen.
   std::span<const double> dk_dT();
   Conductivity conductivity(Purpose purpose);
-  /// k, and theta where pairs take the integral mean; dk/dT for Jacobians.
+  /// k, and dk/dT for Jacobians: of pairs that take no difference of theta.
   Conductivity at_ends(Purpose purpose);
 
  private:
-  std::span<const double> theta();
-
   const MaterialField* material_;
   const SparseRows* phi_;
   double t_ = 0;

@@ -279,14 +279,13 @@ SeriesPairs::Flux SeriesPairs::flux(const Pair& p, const Conductivity& at, doubl
   const Conductivity& k = *at.ends;
   if (p.one_part) {
     const std::int32_t a = pieces_[p.first].end, b = pieces_[p.first + 1].end;
-    f.K = mean_conductivity(k.mean == Mean::harmonic ? Mean::harmonic : Mean::arithmetic, k.k[a], k.k[b]).value;
-    f.intact = k.theta.empty() ? f.K * (T_b - T_a) : k.theta[b] - k.theta[a];
+    f.K = mean_conductivity(k.mean, k.k[a], k.k[b]).value;
   } else {
     double r = 0;
     for (std::int32_t n = p.first; n < p.end; ++n) r += pieces_[n].fraction / k.k[pieces_[n].end];
     f.K = 1 / r;
-    f.intact = f.K * (T_b - T_a);
   }
+  f.intact = f.K * (T_b - T_a);
   f.share = 1 / (1 + f.K * R);
   f.value = f.intact * f.share;
   return f;
@@ -310,14 +309,13 @@ void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T,
     const Flux f = flux(p, k, T[p.a], T[p.b], r.R[n]);
     const double jump = T[p.b] - T[p.a];
     double by_a = -f.K, by_b = f.K;  // of the intact flux
-    if (p.one_part && !ends.theta.empty()) {
-      by_a = -ends.k[pieces_[p.first].end], by_b = ends.k[pieces_[p.first + 1].end];
-    } else if (!ends.dk_dT.empty()) {
+    if (!ends.dk_dT.empty()) {
       for (std::int32_t m = p.first; m < p.end; ++m) {
         const std::int32_t e = pieces_[m].end;
         const double by_k = p.one_part && ends.mean != Mean::harmonic
                                 ? 0.5
-                                : f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e]);
+                            : ends.k[e] > 0 ? f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e])
+                                            : 0;
         (ends_.phi.column[e] == p.a ? by_a : by_b) += by_k * ends.dk_dT[e] * jump;
       }
     }
@@ -336,10 +334,7 @@ void SeriesPairs::add_row_sums(const Conductivity& k, std::span<double> sums) co
   // Contacts that depend on temperature are left out: without them the sums are larger.
   for (const Pair& p : pairs_) {
     const Flux f = flux(p, k, 0, 0, p.resistance);
-    double K = f.K;
-    if (p.one_part && !k.ends->theta.empty())
-      K = std::max(k.ends->k[pieces_[p.first].end], k.ends->k[pieces_[p.first + 1].end]);
-    const double sum = 2 * std::abs(p.G) * K * f.share;
+    const double sum = 2 * std::abs(p.G) * f.K * f.share;
     if (p.a < cloud_->owned) sums[p.a] += sum;
     if (p.b < cloud_->owned) sums[p.b] += sum;
   }

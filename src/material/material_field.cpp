@@ -179,14 +179,17 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
   });
   p.bind(at_point, in_cell);
   const std::string mean = body.text("conductivity_mean");
-  if (mean == "integral" && !of_T_alone)
-    body.refuse("conductivity_mean", "the integral mean takes conductivities that depend on temperature alone",
+  const bool one_of_T = p.regions.size() == 1 && of_T_alone;
+  if (mean == "integral" && !one_of_T)
+    body.refuse("conductivity_mean",
+                p.regions.size() > 1 ? "the integral mean takes one material, this body has several"
+                                     : "the integral mean takes a conductivity that depends on temperature alone",
                 "write \"arithmetic\", \"harmonic\" or \"automatic\"");
-  p.mean = mean == "integral"               ? Mean::integral
-           : mean == "arithmetic"           ? Mean::arithmetic
-           : mean == "harmonic" || layered  ? Mean::harmonic
-           : of_T_alone && p.k_depends_on_T ? Mean::integral
-                                            : Mean::arithmetic;
+  p.mean = mean == "integral"             ? Mean::integral
+           : mean == "arithmetic"         ? Mean::arithmetic
+           : mean == "harmonic" || layered ? Mean::harmonic
+           : one_of_T && p.k_depends_on_T ? Mean::integral
+                                          : Mean::arithmetic;
 }
 
 MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag,
@@ -255,33 +258,34 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
 
 void MaterialField::theta(std::span<const double> T, std::span<double> theta) const {
   const Impl& p = *impl_;
+  const Region& r = p.regions[0];
   bool finite = true;
   double low = std::numeric_limits<double>::max(), high = -low;
   for (const double v : T) low = std::min(low, v), high = std::max(high, v), finite &= v - v == 0;
   // theta alone would not show a k that is not positive. k is looked at only when temperatures leave what was seen.
   if (!T.empty() && p.k_depends_on_T && (!finite || low < p.safe_low || high > p.safe_high)) {
-    std::vector<double> k(T.size());
-    conductivity(0, T, k, {});
-    // All points of a region share k(T), so any of them can stand for the samples in between. Where a law ends within
-    // the margin nothing is remembered, and k is looked at every time.
+    Scratch k, samples;
+    const auto look = [&](std::span<const double> T, std::size_t first) {
+      for (std::size_t n = 0; n < T.size(); n += block) {
+        const std::size_t size = std::min(block, T.size() - n);
+        r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
+        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_location, "conductivity",
+                "W/(m K)");
+      }
+    };
+    look(T, 0);
+    // All points share k(T), so any of them can stand for the samples in between. Where the law ends within the margin
+    // nothing is remembered, and k is looked at every time.
     const double margin = 0.1 * (high - low);
     low = std::min(low - margin, p.safe_low), high = std::max(high + margin, p.safe_high);
-    Scratch samples, k_there;
     for (std::size_t i = 0; i < block; ++i) samples[i] = low + (high - low) * static_cast<double>(i) / (block - 1);
-    bool positive = true;
-    for (const Region& r : p.regions) {
-      if (p.regions.size() > 1 && r.point.empty()) continue;
-      try {
-        r.at->conductivity(0, 0, samples, k_there, {});
-        positive = positive && all_positive(k_there);
-      } catch (const Error&) {
-        positive = false;
-      }
+    try {
+      r.at->conductivity(0, 0, samples, k, {});
+      if (all_positive(k)) p.safe_low = low, p.safe_high = high;
+    } catch (const Error&) {
     }
-    if (positive) p.safe_low = low, p.safe_high = high;
   }
-  p.sweep(&Region::at_point, 0, T, theta, {},
-          [](const Region& r, std::size_t, auto T, auto theta, auto) { r.at->theta(T, theta); });
+  r.at->theta(T, theta);
 }
 
 void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {

@@ -15,7 +15,7 @@
 
 namespace calor {
 
-/// How two points of one part share a conductivity. integral: k depends on T alone, the pair flux is
+/// How two points of one part share a conductivity. integral: one material whose k depends on T alone, the pair flux is
 /// G (theta_j - theta_i) with theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: k given in layers,
 /// the interface midway between the points.
 enum class Mean { integral, arithmetic, harmonic };
@@ -32,8 +32,8 @@ class MaterialField {
   ~MaterialField();
 
   const Parts& parts() const;
-  /// How pairs inside a part share k: as the case asks for, otherwise integral where all k depend on T alone, harmonic
-  /// where one is given in layers, arithmetic for the rest.
+  /// How pairs inside a part share k: as the case asks for, otherwise integral for one material with k(T), harmonic
+  /// where k is given in layers, arithmetic for the rest.
   Mean mean() const;
   bool conductivity_depends_on_T() const;
   bool conductivity_depends_on_time() const;

@@ -66,7 +66,8 @@ PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double 
 /// Conductivity 1 everywhere.
 struct Unit {
   explicit Unit(const Cloud& cloud, const PairConduction& pairs)
-      : k(cloud.local(), 1.0), k_ends(pairs.ends() ? pairs.ends()->x.size() : 0, 1.0), ends{.k = k_ends} {}
+      : k(cloud.local(), 1.0), k_ends(pairs.ends() ? pairs.ends()->x.size() : 0, 1.0),
+        ends{.mean = Mean::arithmetic, .k = k_ends, .dk_dT = {}, .theta = {}} {}
   Conductivity at() const {
     return {.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}, .ends = &ends};
   }

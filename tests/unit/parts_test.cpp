@@ -12,8 +12,10 @@
 namespace calor {
 namespace {
 
-const std::string square_with_disc = R"(
+const std::string square_with_disc = R"toml(
 title = "a disc in a square"
+method = "sph"
+[steady]
 [cloud]
 shape = "box"
 size = ["1 m", "1 m"]
@@ -31,10 +33,12 @@ material = "a"
 [[body.region]]
 material = "b"
 where = "(x - 0.52)^2 + (y - 0.47)^2 < 0.31^2"
-)";
+)toml";
 
-const std::string layers = R"(
+const std::string layers = R"toml(
 title = "three layers"
+method = "sph"
+[steady]
 [cloud]
 shape = "box"
 size = ["1 m"]
@@ -55,7 +59,7 @@ contact = "7 W/(m^2 K)"
 [[body.layer]]
 material = "a"
 thickness = "0.77 m"
-)";
+)toml";
 
 Cloud cloud_of(const Case& c) { return make_cloud(MPI_COMM_SELF, c, 2); }
 
