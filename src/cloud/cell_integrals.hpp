@@ -1,22 +1,15 @@
 #pragma once
 // Integrals over the cells of the points and over their facets, of functions that may jump. What a case says by a
 // formula of place is not what holds at the points, it is what the cells and facets hold of it.
-#include <functional>
 #include <memory>
 #include <span>
 #include <vector>
 
 #include "cloud/cell_samples.hpp"
 #include "cloud/cloud.hpp"
+#include "cloud/integrand.hpp"
 
 namespace calor {
-
-/// A function of place, asked for whole arrays: out[n] = f(x[n]).
-struct Integrand {
-  std::function<void(std::span<const Vec3> x, std::span<double> out)> f;
-  bool may_jump = true;  ///< false: smooth wherever it is asked, so that nobody looks for jumps
-  double scale = 0;      ///< the largest |f| that counts in the body: what is tiny beside it needs no digits
-};
 
 /// Quadrature of cells and facets. On unjittered lattices they are boxes: a cell in which the function is smooth has
 /// Gauss points (exact up to the fifth degree along every axis at least, halved where two rules disagree); where it
@@ -37,6 +30,8 @@ class CellIntegrals {
   /// Places and weights (m^3, with the sum of the cell's volume) for all owned points, split where f jumps, so that
   /// functions that jump there and are smooth otherwise are integrated, too. Without f.f: for smooth functions.
   CellSamples cells(const Integrand& f = {}) const;
+  /// Appends those of one owned point.
+  void add_cell(int i, const Integrand& f, CellSamples& out) const;
   /// The same of some facets of the cloud, by their indices in Cloud::facets: weights in m^2, with the sum of the
   /// facet's area. `point` holds the points of the facets.
   CellSamples facets(std::span<const int> facets, const Integrand& f = {}) const;

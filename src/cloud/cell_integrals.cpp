@@ -1,0 +1,195 @@
+#include "cloud/cell_integrals.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+#include "cloud/box_rule.hpp"
+#include "cloud/lattice.hpp"
+
+namespace calor {
+namespace {
+
+/// Samples are this many times finer along every axis where a function jumps.
+constexpr int finer = 4;
+/// A function that changes by more than this part of its size among the samples of a cell is taken to jump there.
+constexpr double jump = 0.2;
+
+/// Few places with the same mean, first and second moments as many of equal weight.
+void add_reduced(std::span<const Vec3> samples, int dimension, Places& out) {
+  const double n = static_cast<double>(samples.size());
+  Vec3 mean;
+  for (const Vec3& x : samples) mean += (1 / n) * x;
+  std::array<Vec3, 3> C;  // columns of the covariance
+  for (const Vec3& x : samples)
+    for (int a = 0; a < dimension; ++a) C[a] += (x - mean)[a] / n * (x - mean);
+  // Its Cholesky factors are the ways from the mean.
+  std::vector<Vec3> ways;
+  const double least = 1e-12 * (C[0].x + C[1].y + C[2].z);
+  for (int a = 0; a < dimension; ++a) {
+    const double pivot = C[a][a];
+    if (!(pivot > least)) continue;
+    const Vec3 way = 1 / std::sqrt(pivot) * C[a];
+    for (int b = a; b < dimension; ++b) C[b] += -way[b] * way;
+    ways.push_back(way);
+  }
+  if (ways.empty()) {
+    out.x.push_back(mean), out.weight.push_back(1);
+    return;
+  }
+  const double r = static_cast<double>(ways.size());
+  for (const Vec3& way : ways)
+    for (const double sign : {-1., 1.}) out.x.push_back(mean + sign * std::sqrt(r) * way), out.weight.push_back(0.5 / r);
+}
+
+}  // namespace
+
+class CellIntegrals::Impl {
+ public:
+  explicit Impl(const Cloud& cloud) : cloud(cloud), axes_(cloud.dimension) {
+    if (!cloud.lattice) sampler_.emplace(cloud);
+  }
+
+  void add_cell(int i, const Integrand& f, Places& out) const {
+    if (cloud.lattice) {
+      const auto [low, high] = box_of(i);
+      BoxRule(f).add(low, high, out);
+    } else {
+      add_samples(f, cloud.dimension, out, [&](int n, std::vector<Vec3>& x) { sampler_->of(i, n, x); });
+    }
+  }
+
+  void add_facet(int n, const Integrand& f, Places& out) const {
+    const Facet& facet = cloud.facets[n];
+    if (cloud.lattice) {
+      auto [low, high] = box_of(facet.point);
+      low[facet.face / 2] = high[facet.face / 2] = cloud.walls[facet.face];
+      BoxRule(f).add(low, high, out);
+    } else if (cloud.dimension == 3) {
+      add_samples(f, 3, out, [&](int finer, std::vector<Vec3>& x) { sampler_->of_facet(n, finer, x); });
+    } else if (cloud.dimension == 2) {
+      const auto ends = sampler_->ends_of_facet(n);
+      const double whole = norm(ends[1] - ends[0]) + norm(ends[2] - ends[1]);
+      for (const int k : {0, 1})
+        if (ends[k] != ends[k + 1]) add_line(f, ends[k], ends[k + 1], norm(ends[k + 1] - ends[k]) / whole, out);
+    } else {
+      BoxRule(f).add(cloud.x[facet.point], cloud.x[facet.point], out);
+    }
+  }
+
+  const Cloud& cloud;
+
+ private:
+  std::pair<Vec3, Vec3> box_of(int i) const {
+    const LatticeIndex index = cloud.lattice->index(cloud.id[i]);
+    Vec3 low, high;
+    for (int a = 0; a < axes_; ++a) std::tie(low[a], high[a]) = cloud.lattice->cell(a, index[a]);
+    return {low, high};
+  }
+
+  /// A straight line: a box of one dimension for the function along it.
+  void add_line(const Integrand& f, const Vec3& from, const Vec3& to, double weight, Places& out) const {
+    const auto at = [&](double s) { return from + s * (to - from); };
+    std::vector<Vec3> x;
+    Integrand along{.f = {}, .may_jump = f.may_jump, .scale = f.scale};
+    if (f.f)
+      along.f = [&](std::span<const Vec3> s, std::span<double> values) {
+        x.clear();
+        for (const Vec3& place : s) x.push_back(at(place.x));
+        f.f(x, values);
+      };
+    Places places;
+    BoxRule(along).add({0, 0, 0}, {1, 0, 0}, places);
+    for (std::size_t n = 0; n < places.x.size(); ++n) {
+      out.x.push_back(at(places.x[n].x)), out.weight.push_back(weight * places.weight[n]);
+      if (f.f) out.value.push_back(places.value[n]);
+    }
+  }
+
+  template <class Sample>
+  void add_samples(const Integrand& f, int dimension, Places& out, const Sample& sample) const {
+    std::vector<Vec3> x;
+    sample(1, x);
+    if (!f.f) return add_reduced(x, dimension, out);
+    std::vector<double> value(x.size());
+    f.f(x, value);
+    const auto [least, most] = std::ranges::minmax(value);
+    if (f.may_jump && most - least > jump * std::max({f.scale, std::abs(least), std::abs(most)})) {
+      sample(finer, x);
+      value.resize(x.size());
+      f.f(x, value);
+    } else if (least == most) {
+      const std::size_t known = out.x.size();
+      add_reduced(x, dimension, out);
+      out.value.resize(out.value.size() + out.x.size() - known, least);
+      return;
+    }
+    out.x.insert(out.x.end(), x.begin(), x.end());
+    out.weight.resize(out.x.size(), 1 / static_cast<double>(x.size()));
+    out.value.insert(out.value.end(), value.begin(), value.end());
+  }
+
+  int axes_;
+  std::optional<CellSampler> sampler_;
+};
+
+CellIntegrals::CellIntegrals(const Cloud& cloud) : impl_(std::make_unique<Impl>(cloud)) {}
+CellIntegrals::~CellIntegrals() = default;
+
+std::vector<double> CellIntegrals::over_cells(const Integrand& f) const {
+  const Cloud& cloud = impl_->cloud;
+  std::vector<double> integral(cloud.owned);
+  Places places;
+  for (int i = 0; i < cloud.owned; ++i) {
+    places.clear();
+    impl_->add_cell(i, f, places);
+    integral[i] = cloud.volume[i] * places.mean();
+  }
+  return integral;
+}
+
+std::vector<double> CellIntegrals::shares(const Integrand& indicator) const {
+  const auto is_in = [&](std::span<const Vec3> x, std::span<double> out) {
+    indicator.f(x, out);
+    for (double& value : out) value = value != 0;
+  };
+  std::vector<double> share = over_cells({.f = is_in});
+  for (std::size_t i = 0; i < share.size(); ++i) share[i] = std::min(1.0, share[i] / impl_->cloud.volume[i]);
+  return share;
+}
+
+namespace {
+
+void append(const Places& places, int point, double measure, CellSamples& out) {
+  out.point.push_back(point);
+  out.x.insert(out.x.end(), places.x.begin(), places.x.end());
+  for (const double w : places.weight) out.weight.push_back(measure * w);
+  out.row.push_back(static_cast<std::int64_t>(out.x.size()));
+}
+
+}  // namespace
+
+CellSamples CellIntegrals::cells(const Integrand& f) const {
+  CellSamples out;
+  for (int i = 0; i < impl_->cloud.owned; ++i) add_cell(i, f, out);
+  return out;
+}
+
+void CellIntegrals::add_cell(int i, const Integrand& f, CellSamples& out) const {
+  Places places;
+  impl_->add_cell(i, f, places);
+  append(places, i, impl_->cloud.volume[i], out);
+}
+
+CellSamples CellIntegrals::facets(std::span<const int> facets, const Integrand& f) const {
+  CellSamples out;
+  Places places;
+  for (const int n : facets) {
+    places.clear();
+    impl_->add_facet(n, f, places);
+    append(places, impl_->cloud.facets[n].point, impl_->cloud.facets[n].area, out);
+  }
+  return out;
+}
+
+}  // namespace calor
