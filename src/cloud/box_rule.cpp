@@ -51,11 +51,11 @@ double BoxRule::value(const Vec3& x) {
   return value;
 }
 
-void BoxRule::add(const Vec3& low, const Vec3& high, Places& out) {
+bool BoxRule::add(const Vec3& low, const Vec3& high, Places& out) {
   dimension_ = 0;
   for (int a = 0; a < 3; ++a)
     if (high[a] > low[a]) axes_[dimension_++] = a;
-  size_ = f_.scale;
+  size_ = f_.scale, jumps_ = false;
   const Box box{low, high, 1};
   if (!f_.f) {
     emit_smooth(box, out);
@@ -66,6 +66,7 @@ void BoxRule::add(const Vec3& low, const Vec3& high, Places& out) {
   } else {
     add_smooth(box, 0, out);
   }
+  return jumps_;
 }
 
 namespace {
@@ -207,6 +208,7 @@ void BoxRule::add_with_jumps(const Box& box, int depth, Places& out) {
     cuts[k].push_back(box.high[a]);
   }
   if (!jumps_anywhere) return add_smooth(box, 0, out);
+  jumps_ = true;
   if (!is_split) return add_curved(box, 0, box.low, box.weight, out);
   for (int k = dimension_; k < 3; ++k) cuts[k] = {0, 1};
   for (std::size_t n2 = 1; n2 < cuts[2].size(); ++n2) {

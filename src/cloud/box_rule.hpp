@@ -27,8 +27,8 @@ class BoxRule {
   /// Appends the places of a box; axes along which it has no length are left out. Without an integrand: Gauss points
   /// for smooth functions. A smooth integrand has Gauss points, of halves where two rules disagree. One that jumps is
   /// looked at on a grid: jumps that lie at one coordinate on several lines of the grid split the box there, to
-  /// round-off; other ones are found on every line of a nested integration.
-  void add(const Vec3& low, const Vec3& high, Places& out);
+  /// round-off; other ones are found on every line of a nested integration. Does it jump?
+  bool add(const Vec3& low, const Vec3& high, Places& out);
 
  private:
   struct Box {
@@ -56,7 +56,8 @@ class BoxRule {
   const Integrand& f_;
   int dimension_ = 0;
   std::array<int, 3> axes_ = {};  ///< along which the box has a length
-  double size_ = 0;               ///< the largest value seen in the box, or the scale
+  bool jumps_ = false;
+  double size_ = 0;  ///< the largest value seen in the box, or the scale
 };
 
 }  // namespace calor

@@ -39,7 +39,8 @@ void add_reduced(std::span<const Vec3> samples, int dimension, Places& out) {
   }
   const double r = static_cast<double>(ways.size());
   for (const Vec3& way : ways)
-    for (const double sign : {-1., 1.}) out.x.push_back(mean + sign * std::sqrt(r) * way), out.weight.push_back(0.5 / r);
+    for (const double sign : {-1., 1.})
+      out.x.push_back(mean + sign * std::sqrt(r) * way), out.weight.push_back(0.5 / r);
 }
 
 }  // namespace
@@ -50,13 +51,12 @@ class CellIntegrals::Impl {
     if (!cloud.lattice) sampler_.emplace(cloud);
   }
 
-  void add_cell(int i, const Integrand& f, Places& out) const {
-    if (cloud.lattice) {
-      const auto [low, high] = box_of(i);
-      BoxRule(f).add(low, high, out);
-    } else {
-      add_samples(f, cloud.dimension, out, [&](int n, std::vector<Vec3>& x) { sampler_->of(i, n, x); });
-    }
+  /// Does f jump in the cell?
+  bool add_cell(int i, const Integrand& f, Places& out) const {
+    if (!cloud.lattice)
+      return add_samples(f, cloud.dimension, out, [&](int n, std::vector<Vec3>& x) { sampler_->of(i, n, x); });
+    const auto [low, high] = box_of(i);
+    return BoxRule(f).add(low, high, out);
   }
 
   void add_facet(int n, const Integrand& f, Places& out) const {
@@ -106,27 +106,29 @@ class CellIntegrals::Impl {
     }
   }
 
+  /// Does f jump among the samples?
   template <class Sample>
-  void add_samples(const Integrand& f, int dimension, Places& out, const Sample& sample) const {
+  bool add_samples(const Integrand& f, int dimension, Places& out, const Sample& sample) const {
     std::vector<Vec3> x;
     sample(1, x);
-    if (!f.f) return add_reduced(x, dimension, out);
     std::vector<double> value(x.size());
-    f.f(x, value);
+    if (f.f) f.f(x, value);
     const auto [least, most] = std::ranges::minmax(value);
-    if (f.may_jump && most - least > jump * std::max({f.scale, std::abs(least), std::abs(most)})) {
+    if (least == most) {
+      add_reduced(x, dimension, out);
+      if (f.f) out.value.resize(out.x.size(), least);
+      return false;
+    }
+    const bool jumps = f.may_jump && most - least > jump * std::max({f.scale, std::abs(least), std::abs(most)});
+    if (jumps) {
       sample(finer, x);
       value.resize(x.size());
       f.f(x, value);
-    } else if (least == most) {
-      const std::size_t known = out.x.size();
-      add_reduced(x, dimension, out);
-      out.value.resize(out.value.size() + out.x.size() - known, least);
-      return;
     }
     out.x.insert(out.x.end(), x.begin(), x.end());
     out.weight.resize(out.x.size(), 1 / static_cast<double>(x.size()));
     out.value.insert(out.value.end(), value.begin(), value.end());
+    return jumps;
   }
 
   int axes_;
@@ -146,6 +148,19 @@ std::vector<double> CellIntegrals::over_cells(const Integrand& f) const {
     integral[i] = cloud.volume[i] * places.mean();
   }
   return integral;
+}
+
+std::vector<double> CellIntegrals::values(const Integrand& f) const {
+  const Cloud& cloud = impl_->cloud;
+  std::vector<double> value(cloud.owned);
+  f.f(cloud.owned_points(), value);
+  if (!f.may_jump) return value;
+  Places places;
+  for (int i = 0; i < cloud.owned; ++i) {
+    places.clear();
+    if (impl_->add_cell(i, f, places)) value[i] = places.mean();
+  }
+  return value;
 }
 
 std::vector<double> CellIntegrals::shares(const Integrand& indicator) const {

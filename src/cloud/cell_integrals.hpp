@@ -24,6 +24,8 @@ class CellIntegrals {
 
   /// Integral of f over the cell of every owned point: unit of f times m^3.
   std::vector<double> over_cells(const Integrand& f) const;
+  /// f at every owned point, but its mean over the cell where it jumps in the cell.
+  std::vector<double> values(const Integrand& f) const;
   /// The part of every owned point's cell in which the indicator is not 0, 0 to 1.
   std::vector<double> shares(const Integrand& indicator) const;
 

@@ -133,7 +133,8 @@ std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
   visit_within(x, std::min(2 * farthest * d, cloud_.halo_width), [&](int j) {
     const double square = dot(cloud_.x[j] - x, cloud_.x[j] - x);
     const double limit = cloud_.halo_support.radius(0.5 * (d + cloud_.spacing[j]));
-    if (j != i && square <= limit * limit) near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
+    if (j != i && square <= limit * limit)
+      near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
   });
   std::ranges::sort(
       near, [](const Near& a, const Near& b) { return a.square < b.square || (a.square == b.square && a.id < b.id); });
