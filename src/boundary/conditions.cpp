@@ -195,30 +195,60 @@ void share_points(Conditions& conditions, const Cloud& cloud) {
                             : "change the selection");
 }
 
+/// The area of the places at which a flux does something at the start, at the temperature of the surroundings. What is
+/// wrong there is said before the run.
+std::vector<double> acting_area(const SurfaceTerm& term) {
+  std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size()), slope(term.x.size()), area = term.area;
+  if (T.empty() && term.flux->depends_on_temperature()) return area;
+  T.resize(term.x.size());
+  term.flux->evaluate({.x = term.x, .T = T}, q, slope);
+  for (std::size_t n = 0; n < area.size(); ++n)
+    if (q[n] == 0 && slope[n] == 0) area[n] = 0;
+  return area;
+}
+
+/// What a flux is at the start, at two temperatures near those of its surroundings: a flux that vanishes at one of them
+/// does not at the other.
+Integrand flux_at_start(const SurfaceFlux& flux) {
+  return {.f = [&](std::span<const Vec3> x, std::span<double> out) {
+    std::ranges::fill(out, 0.0);
+    constexpr double other = 40;  // K
+    std::vector<double> T = flux.ambient(x, 0), q(x.size());
+    if (T.empty() && flux.depends_on_temperature()) return;  // nobody knows which temperatures it is made for
+    T.resize(x.size());
+    for (const double part : {1., 0.6}) {
+      flux.evaluate({.x = x, .T = T}, q, {});
+      for (std::size_t n = 0; n < q.size(); ++n) out[n] += part * q[n];
+      for (double& t : T) t += other;
+    }
+  }};
+}
+
 /// The fluxes of one section, and the area on which they flow.
 void add_fluxes(BoundarySection& s, int account, const CellIntegrals& integrals, const Cloud& cloud,
                 Conditions& conditions) {
-  std::vector<int> facets;
+  Selection on_walls{.facets = {}, .where = s.where}, on_plate{.facets = {}, .plate = s.plate, .where = s.where};
   for (std::size_t n = 0; n < cloud.facets.size(); ++n)
-    if (s.faces >> cloud.facets[n].face & 1) facets.push_back(static_cast<int>(n));
+    if (s.faces >> cloud.facets[n].face & 1) on_walls.facets.push_back(static_cast<int>(n));
   const bool has_walls = s.faces != 0;
   Segments walls, plate;  // for fluxes that are the same at all places
   collective_try(cloud.comm, [&] {
-    if (has_walls) walls = selected_facets(integrals, cloud, {facets, s.where});
-    if (s.plate > 0) plate = selected_plate(integrals, cloud, s.plate, s.where);
+    if (has_walls) walls = selected_facets(integrals, cloud, on_walls);
+    if (s.plate > 0) plate = selected_facets(integrals, cloud, on_plate);
   });
   if (s.where) {
     s.whole_facets.assign(cloud.facets.size(), 0);
     for (std::size_t k = 0; k < walls.facet.size(); ++k)
       s.whole_facets[walls.facet[k]] = walls.area[k] >= (1 - 1e-9) * cloud.facets[walls.facet[k]].area;
   }
-  const double area = sum(cloud.comm, walls.area) + sum(cloud.comm, plate.area);
-  if (!(area > 0)) refuse_empty(s, "piece of the surface");
-  conditions.areas[account] = area;
+  const double selected = sum(cloud.comm, walls.area) + sum(cloud.comm, plate.area);
+  if (!(selected > 0)) refuse_empty(s, "piece of the surface");
 
+  double largest = 0;  // area on which one of the fluxes acts
   for (const SurfaceFluxKind* kind : surface_fluxes().given(s.table)) {
     std::unique_ptr<SurfaceFlux> flux;
     collective_try(cloud.comm, [&] { flux = kind->make(s.table, {}); });
+    double acting = 0;
     for (const bool is_plate : {false, true}) {
       if (is_plate ? s.plate == 0 : !has_walls) continue;
       SurfaceTerm& term = conditions.fluxes.emplace_back();
@@ -226,19 +256,18 @@ void add_fluxes(BoundarySection& s, int account, const CellIntegrals& integrals,
       collective_try(cloud.comm, [&] {
         Segments p = is_plate ? plate : walls;
         if (flux->depends_on_place())
-          p = is_plate ? selected_plate(integrals, cloud, s.plate, s.where, *flux)
-                       : selected_facets(integrals, cloud, {facets, s.where}, *flux);
+          p = selected_places(integrals, cloud, is_plate ? on_plate : on_walls, flux_at_start(*flux));
         term.point = std::move(p.point), term.facet = std::move(p.facet);
         term.area = std::move(p.area), term.x = std::move(p.x);
         term.flux = kind->make(s.table, term.x);
-        // What is wrong at the start is said before the run: at the temperature of the surroundings.
-        std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());
-        if (T.empty() && term.flux->depends_on_temperature()) return;
-        T.resize(term.x.size());
-        term.flux->evaluate({.x = term.x, .T = T}, q, {});
       });
+      std::vector<double> area;
+      collective_try(cloud.comm, [&] { area = acting_area(term); });
+      acting += sum(cloud.comm, area);
     }
+    largest = std::max(largest, acting);
   }
+  conditions.areas[account] = largest > 0 ? largest : selected;  // nothing acts yet
 }
 
 PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Cloud& cloud) {

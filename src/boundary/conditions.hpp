@@ -65,7 +65,7 @@ struct WallSection {
 
 struct Conditions {
   std::vector<std::string> accounts;  ///< names of the boundary sections, in the order of the case
-  std::vector<double> areas;          ///< on which heat flows by each of them, of all ranks, m^2; 0 without a flux
+  std::vector<double> areas;  ///< on which the fluxes of each act at the start, of all ranks, m^2; 0 without a flux
   std::vector<SurfaceTerm> fluxes;
   std::vector<PrescribedTerm> temperatures;
   std::vector<WallSection> walls;  ///< in the order of the case

@@ -6,6 +6,7 @@
 
 #include "cloud/box_rule.hpp"
 #include "cloud/lattice.hpp"
+#include "cloud/ring_lattice.hpp"
 
 namespace calor {
 namespace {
@@ -48,11 +49,15 @@ void add_reduced(std::span<const Vec3> samples, int dimension, Places& out) {
 class CellIntegrals::Impl {
  public:
   explicit Impl(const Cloud& cloud) : cloud(cloud), axes_(cloud.dimension) {
-    if (!cloud.lattice) sampler_.emplace(cloud);
+    if (!cloud.lattice && !cloud.rings) sampler_.emplace(cloud);
   }
 
   /// Does f jump in the cell?
   bool add_cell(int i, const Integrand& f, Places& out) const {
+    if (cloud.rings) {
+      const auto [low, high] = cloud.rings->cell(cloud.id[i]);
+      return add_sector(f, low, high, out);
+    }
     if (!cloud.lattice)
       return add_samples(f, cloud.dimension, out, [&](int n, std::vector<Vec3>& x) { sampler_->of(i, n, x); });
     const auto [low, high] = box_of(i);
@@ -65,6 +70,8 @@ class CellIntegrals::Impl {
       auto [low, high] = box_of(facet.point);
       low[facet.face / 2] = high[facet.face / 2] = cloud.walls[facet.face];
       BoxRule(f).add(low, high, out);
+    } else if (cloud.rings) {
+      add_facet_of_rings(facet, f, out);
     } else if (cloud.dimension == 3) {
       add_samples(f, 3, out, [&](int finer, std::vector<Vec3>& x) { sampler_->of_facet(n, finer, x); });
     } else if (cloud.dimension == 2) {
@@ -77,6 +84,22 @@ class CellIntegrals::Impl {
     }
   }
 
+  bool holds_on_curved(int n, const Integrand& indicator) const {
+    if (!sampler_) return false;
+    const Facet& facet = cloud.facets[n];
+    const Vec3& centre = cloud.x[facet.point];
+    std::vector<Vec3> x;
+    sampler_->beside_facet(n, x);
+    const bool is_plane = std::ranges::all_of(x, [&](const Vec3& other) {
+      return std::abs(dot(other - centre, facet.normal)) <= 1e-6 * norm(other - centre);
+    });
+    if (is_plane) return false;
+    x.push_back(centre);
+    std::vector<double> value(x.size());
+    indicator.f(x, value);
+    return std::ranges::all_of(value, [](double v) { return v != 0; });
+  }
+
   const Cloud& cloud;
 
  private:
@@ -87,23 +110,70 @@ class CellIntegrals::Impl {
     return {low, high};
   }
 
-  /// A straight line: a box of one dimension for the function along it.
-  void add_line(const Integrand& f, const Vec3& from, const Vec3& to, double weight, Places& out) const {
-    const auto at = [&](double s) { return from + s * (to - from); };
+  /// A box in other coordinates: `to_place` maps them, `density` is the measure of their volume, to any factor, and
+  /// changes linearly at most. Does f jump?
+  template <class ToPlace, class Density>
+  bool add_mapped(const Integrand& f, const Vec3& low, const Vec3& high, double weight, Places& out,
+                  const ToPlace& to_place, const Density& density) const {
     std::vector<Vec3> x;
-    Integrand along{.f = {}, .may_jump = f.may_jump, .scale = f.scale};
+    Integrand mapped{.f = {}, .may_jump = f.may_jump, .scale = f.scale};
     if (f.f)
-      along.f = [&](std::span<const Vec3> s, std::span<double> values) {
+      mapped.f = [&](std::span<const Vec3> s, std::span<double> values) {
         x.clear();
-        for (const Vec3& place : s) x.push_back(at(place.x));
+        for (const Vec3& place : s) x.push_back(to_place(place));
         f.f(x, values);
       };
     Places places;
-    BoxRule(along).add({0, 0, 0}, {1, 0, 0}, places);
+    const bool jumps = BoxRule(mapped).add(low, high, places);
+    double whole = 0;
+    for (std::size_t n = 0; n < places.x.size(); ++n) whole += places.weight[n] * density(places.x[n]);
     for (std::size_t n = 0; n < places.x.size(); ++n) {
-      out.x.push_back(at(places.x[n].x)), out.weight.push_back(weight * places.weight[n]);
+      out.x.push_back(to_place(places.x[n]));
+      out.weight.push_back(weight * places.weight[n] * density(places.x[n]) / whole);
       if (f.f) out.value.push_back(places.value[n]);
     }
+    return jumps;
+  }
+
+  void add_line(const Integrand& f, const Vec3& from, const Vec3& to, double weight, Places& out) const {
+    add_mapped(
+        f, {0, 0, 0}, {1, 0, 0}, weight, out, [&](const Vec3& s) { return from + s.x * (to - from); },
+        [](const Vec3&) { return 1.; });
+  }
+
+  /// Between two corners in r, theta and z.
+  bool add_sector(const Integrand& f, const Vec3& low, const Vec3& high, Places& out) const {
+    return add_mapped(
+        f, low, high, 1, out,
+        [](const Vec3& s) {
+          return Vec3{s.x * std::cos(s.y), s.x * std::sin(s.y), s.z};
+        },
+        [](const Vec3& s) { return s.x; });
+  }
+
+  void add_facet_of_rings(const Facet& facet, const Integrand& f, Places& out) const {
+    auto [low, high] = cloud.rings->cell(cloud.id[facet.point]);
+    const std::string& face = cloud.faces[facet.face];
+    if (face == "side") low.x = high.x;
+    if (face == "bottom") high.z = low.z;
+    if (face == "top") low.z = high.z;
+    if (face == "cut1" || face == "cut2") {
+      // Along the radii: straight lines, of the centre two where the two cuts of a half meet.
+      const bool is_centre = low.x == 0, is_half = is_centre && high.y > 3;
+      const auto cut = [&](double angle, double weight) {
+        add_mapped(
+            f, {low.x, 0, low.z}, {high.x, 0, high.z}, weight, out,
+            [&](const Vec3& s) {
+              return Vec3{s.x * std::cos(angle), s.x * std::sin(angle), s.z};
+            },
+            [](const Vec3&) { return 1.; });
+      };
+      const double own = face == "cut2" || (!is_centre && low.y > 0) ? high.y : 0;
+      cut(own, is_half ? 0.5 : 1);
+      if (is_half) cut(high.y, 0.5);
+      return;
+    }
+    add_sector(f, low, high, out);
   }
 
   /// Does f jump among the samples?
@@ -205,6 +275,12 @@ CellSamples CellIntegrals::facets(std::span<const int> facets, const Integrand& 
     append(places, impl_->cloud.facets[n].point, impl_->cloud.facets[n].area, out);
   }
   return out;
+}
+
+std::vector<char> CellIntegrals::hold_on_curved(std::span<const int> facets, const Integrand& indicator) const {
+  std::vector<char> holds;
+  for (const int n : facets) holds.push_back(impl_->holds_on_curved(n, indicator));
+  return holds;
 }
 
 }  // namespace calor

@@ -37,6 +37,10 @@ class CellIntegrals {
   /// The same of some facets of the cloud, by their indices in Cloud::facets: weights in m^2, with the sum of the
   /// facet's area. `point` holds the points of the facets.
   CellSamples facets(std::span<const int> facets, const Integrand& f = {}) const;
+  /// Of curved faces the points alone surely lie on the face, and an indicator such as r > 0.999 may be false beside
+  /// them. 1 for the facets that bend (to the neighbours on the face) and on which the indicator holds at the point and
+  /// at these neighbours: there it holds everywhere. 0 for all others, and on lattices and rings.
+  std::vector<char> hold_on_curved(std::span<const int> facets, const Integrand& indicator) const;
 
  private:
   class Impl;

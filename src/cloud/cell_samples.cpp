@@ -202,6 +202,17 @@ double CellSampler::wall_distance(const Facet& facet) const {
   return cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[facet.point] / facet.area;
 }
 
+void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
+  const Facet& facet = cloud_.facets[n];
+  out.clear();
+  double nearest = 0;
+  for (const Near& j : rivals(facet.point)) {
+    if (!(j.on_faces >> facet.face & 1)) continue;
+    if (out.empty()) nearest = j.square;
+    if (j.square <= 2.5 * nearest) out.push_back(j.x);
+  }
+}
+
 std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
   const Facet& facet = cloud_.facets[n];
   const Vec3 middle = cloud_.x[facet.point] + wall_distance(facet) * facet.normal;

@@ -38,6 +38,8 @@ class CellSampler {
   void of(int i, int finer, std::vector<Vec3>& out) const;
   /// Places spread evenly over the facet Cloud::facets[n] of a cloud of three dimensions, in its tangential plane.
   void of_facet(int n, int finer, std::vector<Vec3>& out) const;
+  /// The nearest other points on the face of a facet.
+  void beside_facet(int n, std::vector<Vec3>& out) const;
   /// Where the facet lies on a cloud of two dimensions: along two straight pieces, from ends[0] to ends[1] to ends[2],
   /// towards the neighbours on the same face.
   std::array<Vec3, 3> ends_of_facet(int n) const;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "boundary/segments.hpp"
 #include "cloud/cell_integrals.hpp"
 #include "source/source.hpp"
 
@@ -61,8 +62,7 @@ class SpreadSource final : public Source {
   }
 
  private:
-  /// Heat goes in as this, times a number.
-  void relative(std::span<const Vec3> x, std::span<double> out) const {
+  void relative_density(std::span<const Vec3> x, std::span<double> out) const {
     std::ranges::fill(out, 1.0);
     if (!is_even_) density_.evaluate({.x = x}, out);
     for (std::size_t n = 0; n < out.size(); ++n)
@@ -71,6 +71,10 @@ class SpreadSource final : public Source {
             "relative_density",
             fmt::format("the relative density is {:g} at ({:.6g}, {:.6g}, {:.6g}) m", out[n], x[n].x, x[n].y, x[n].z),
             "it cannot be negative");
+  }
+  /// Heat goes in as this, times a number.
+  void relative(std::span<const Vec3> x, std::span<double> out) const {
+    relative_density(x, out);
     if (!where_) return;
     std::vector<double> in(x.size());
     where_->evaluate({.x = x}, in);
@@ -95,15 +99,16 @@ class SpreadSource final : public Source {
       faces |= 1u << (face - cloud_.faces.begin());
     }
     if (!cloud_.has_areas) table_.refuse("on", "the cloud has no boundary areas", "add them to its file");
-    std::vector<int> facets;
+    Selection selection{.facets = {}, .where = where_};
     for (std::size_t n = 0; n < cloud_.facets.size(); ++n)
-      if (faces >> cloud_.facets[n].face & 1) facets.push_back(static_cast<int>(n));
-    const CellSamples rule = CellIntegrals(cloud_).facets(facets, integrand());
-    std::vector<double> value(rule.x.size());
-    relative(rule.x, value);
+      if (faces >> cloud_.facets[n].face & 1) selection.facets.push_back(static_cast<int>(n));
+    const CellIntegrals integrals(cloud_);
+    const Segments parts = is_even_ ? selected_facets(integrals, cloud_, selection)
+                                    : selected_places(integrals, cloud_, selection, integrand());
+    std::vector<double> density(parts.x.size());
+    relative_density(parts.x, density);
     share_.assign(cloud_.owned, 0);
-    for (std::size_t k = 0; k < rule.point.size(); ++k)
-      for (auto n = rule.row[k]; n < rule.row[k + 1]; ++n) share_[rule.point[k]] += rule.weight[n] * value[n];
+    for (std::size_t n = 0; n < parts.x.size(); ++n) share_[parts.point[n]] += parts.area[n] * density[n];
   }
 
   void normalise() {
