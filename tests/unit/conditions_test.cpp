@@ -445,6 +445,32 @@ power_density = { formula = "x^2*(1 + t)", unit = "W/m^3" }
   }
 }
 
+TEST(Sources, AndHeatedAreasAreInTheReport) {
+  const TemporaryFolder folder;
+  run_into(folder.path(), plate(R"toml(
+[source.chip]
+power = { table = [[0, 3], [2, 5]], unit = "W" }
+where = "x < 0.7"
+[boundary.band]
+on = "ymax"
+where = "x > 0.7 && x < 3"
+flux = "1 W/m^2"
+)toml"));
+  const Json numbers = Json::parse(read_file(folder / "report.json"))["numbers"];
+  EXPECT_NEAR(numbers["area.band"].number, 2.3 * 0.1, 1e-14);
+  EXPECT_NEAR(numbers["power_asked.chip"].number, 4, 1e-14);  // at the end, 1 s
+  EXPECT_NEAR(numbers["power_deposited.chip"].number, 4, 1e-14);
+}
+
+TEST(InitialTemperature, OfACellThatAJumpCrossesIsItsMean) {
+  const CaseModel m(replaced(plate(""), "temperature = \"400 K\"",
+                             "temperature = { formula = \"x < 1.3 ? 300 : 400 + x\", unit = \"K\" }"));
+  for (int i = 0; i < m.cloud().owned; ++i) {
+    const double x = m.cloud().x[i].x;
+    EXPECT_NEAR(m.model().T_start[i], x == 0 ? 300 : x == 1 ? 0.8 * 300 + 0.2 * 401.4 : 400 + x, 1e-11);
+  }
+}
+
 TEST(Sources, RefuseWhatTheyCannotTell) {
   refused("[source.sun]\npower = \"7 W\"\nwhere = \"x > 9\"\n", {"heats nothing of the body"});
   refused("[source.sun]\npower = \"7 W\"\non = \"zmax\"\n", {"there is no face 'zmax'"});
