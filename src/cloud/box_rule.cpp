@@ -30,6 +30,18 @@ constexpr int most_splits = 3;
 int grid_points(int dimension) { return dimension == 1 ? 17 : dimension == 2 ? 9 : 4; }
 int most_halvings(int dimension) { return dimension == 1 ? 8 : dimension == 2 ? 5 : 2; }
 
+/// Do the slopes of a line's intervals change by less than half of the steepest one from each to the next? A jump makes
+/// one interval steep and not its neighbours.
+bool bends_little(std::span<const double> s, std::span<const double> f) {
+  double steepest = 0, most = 0;
+  for (std::size_t k = 1; k < s.size(); ++k) {
+    const double slope = (f[k] - f[k - 1]) / (s[k] - s[k - 1]);
+    steepest = std::max(steepest, std::abs(slope));
+    if (k > 1) most = std::max(most, std::abs(slope - (f[k - 1] - f[k - 2]) / (s[k - 1] - s[k - 2])));
+  }
+  return most < 0.5 * steepest;
+}
+
 std::vector<double> grid_between(int n, double low, double high) {
   std::vector<double> s(n);
   const double edge = inset * (high - low);
@@ -61,6 +73,9 @@ bool BoxRule::add(const Vec3& low, const Vec3& high, Places& out) {
     emit_smooth(box, out);
   } else if (dimension_ == 0) {
     out.x.push_back(low), out.weight.push_back(1), out.value.push_back(value(low));
+  } else if (f_.may_jump && f_.quick && is_empty(box)) {
+    emit_smooth(box, out);
+    out.value.resize(out.x.size(), 0);
   } else if (f_.may_jump) {
     add_with_jumps(box, 0, out);
   } else {
@@ -122,6 +137,21 @@ void BoxRule::add_smooth(const Box& box, int depth, Places& out) {
   }
 }
 
+/// Is the function negligible at the corners and in the middle?
+bool BoxRule::is_empty(const Box& box) {
+  const int corners = 1 << dimension_;
+  std::array<Vec3, 9> x;
+  std::array<double, 9> f{};
+  for (int n = 0; n < corners; ++n) {
+    x[n] = box.low;
+    for (int k = 0; k < dimension_; ++k)
+      if (n >> k & 1) x[n][axes_[k]] = box.high[axes_[k]];
+  }
+  x[corners] = 0.5 * (box.low + box.high);
+  f_.f(std::span(x).first(corners + 1), std::span(f).first(corners + 1));
+  return std::ranges::all_of(f, [&](double value) { return std::abs(value) <= 1e-9 * f_.scale; });
+}
+
 /// Halves the interval with the larger step. That of a smooth function falls to a half every time.
 std::optional<BoxRule::Jump> BoxRule::locate(int axis, const Vec3& place, double a, double b, double fa, double fb,
                                              int halvings) {
@@ -145,6 +175,7 @@ std::optional<BoxRule::Jump> BoxRule::locate(int axis, const Vec3& place, double
 
 void BoxRule::find_on_line(int axis, Vec3 place, std::span<const double> s, std::span<const double> f,
                            std::vector<Jump>& found) {
+  if (f_.quick && bends_little(s, f)) return;
   for (std::size_t k = 1; k < s.size(); ++k) {
     if (std::abs(f[k] - f[k - 1]) <= 1e-9 * size_) continue;
     if (const auto jump = locate(axis, place, s[k - 1], s[k], f[k - 1], f[k], rough)) found.push_back(*jump);

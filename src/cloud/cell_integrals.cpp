@@ -116,7 +116,7 @@ class CellIntegrals::Impl {
   bool add_mapped(const Integrand& f, const Vec3& low, const Vec3& high, double weight, Places& out,
                   const ToPlace& to_place, const Density& density) const {
     std::vector<Vec3> x;
-    Integrand mapped{.f = {}, .may_jump = f.may_jump, .scale = f.scale};
+    Integrand mapped{.f = {}, .may_jump = f.may_jump, .quick = f.quick, .scale = f.scale};
     if (f.f)
       mapped.f = [&](std::span<const Vec3> s, std::span<double> values) {
         x.clear();

@@ -11,7 +11,10 @@ namespace calor {
 struct Integrand {
   std::function<void(std::span<const Vec3> x, std::span<double> out)> f;
   bool may_jump = true;  ///< false: smooth wherever it is asked, so that nobody looks for jumps
-  double scale = 0;      ///< the largest |f| that counts in the body: what is tiny beside it needs no digits
+  /// For functions that are integrated again and again: where the corners and the middle of a lattice's cell have less
+  /// than 1e-9 of the scale, nothing more is looked for.
+  bool quick = false;
+  double scale = 0;  ///< the largest |f| that counts in the body: what is tiny beside it needs no digits
 };
 
 }  // namespace calor

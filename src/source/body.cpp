@@ -35,7 +35,7 @@ class BodySource final : public Source {
     const bool first = std::isnan(t_);
     t_ = t;
     if (!first && !density_.depends_on_time()) return;
-    if (!density_.depends_on_place() || rule_is_given_ || is_smooth_in_time())
+    if (!density_.depends_on_place() || rule_is_given_ || keeps_its_places())
       collective_try(cloud_.comm, [&] { add_up(t, {}, false); });
     else
       follow_jumps(t);
@@ -54,8 +54,11 @@ class BodySource final : public Source {
   std::vector<double> events() const override { return density_.events(); }
 
  private:
-  /// Of place and time without jumps: fixed places do.
-  bool is_smooth_in_time() const { return density_.depends_on_time() && !density_.may_jump(); }
+  /// Does the rule stay while time goes on? That of a smooth function does; cells that are no boxes or sectors have all
+  /// of their samples from the start.
+  bool keeps_its_places() const {
+    return density_.depends_on_time() && (!density_.may_jump() || !(cloud_.lattice || cloud_.rings));
+  }
 
   /// For functions of place, perhaps of time. Collective.
   void follow_jumps(double t) {
@@ -68,7 +71,8 @@ class BodySource final : public Source {
     scale = max(cloud_.comm, scale);
     collective_try(cloud_.comm, [&] {
       const auto f = [&](std::span<const Vec3> x, std::span<double> out) { density_.evaluate({.x = x, .t = t}, out); };
-      power_ = cells_.over_cells({.f = f, .may_jump = density_.may_jump(), .scale = scale});
+      power_ = cells_.over_cells(
+          {.f = f, .may_jump = density_.may_jump(), .quick = density_.depends_on_time(), .scale = scale});
     });
   }
 
@@ -98,11 +102,10 @@ class BodySource final : public Source {
   }
 
   void find_rule(double t, std::span<const double> T) const {
-    const bool stays = !density_.may_jump() || !density_.depends_on_time() || t == rule_t_;
-    if (rule_is_given_ || (rule_ && stays)) return;
+    if (rule_is_given_ || (rule_ && (keeps_its_places() || !density_.depends_on_time() || t == rule_t_))) return;
     rule_t_ = t;
-    if (!density_.may_jump()) {
-      rule_ = cells_.cells();
+    if (!density_.may_jump() || keeps_its_places()) {
+      rule_ = density_.may_jump() ? CellSampler(cloud_).all() : cells_.cells();
       return;
     }
     rule_.emplace();
