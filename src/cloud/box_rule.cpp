@@ -21,6 +21,8 @@ const Gauss& gauss(int n) {
 
 /// Two rules that agree to this part of the function's size: the better one is good to some 1e-8.
 constexpr double agreement = 2e-6;
+/// The same for functions that are integrated again and again, and what is nothing beside their scale.
+constexpr double quick_agreement = 3e-5, negligible = 1e-7;
 /// Grids that look for jumps end this part of a length inside, so that an edge on the side of a cell is none of it.
 constexpr double inset = 1e-9;
 /// Halvings of an interval of the grid that tell a jump from a steep place, and those that end at round-off.
@@ -73,9 +75,8 @@ bool BoxRule::add(const Vec3& low, const Vec3& high, Places& out) {
     emit_smooth(box, out);
   } else if (dimension_ == 0) {
     out.x.push_back(low), out.weight.push_back(1), out.value.push_back(value(low));
-  } else if (f_.may_jump && f_.quick && is_empty(box)) {
-    emit_smooth(box, out);
-    out.value.resize(out.x.size(), 0);
+  } else if (f_.may_jump && f_.quick && add_quickly(box, out)) {
+    return false;
   } else if (f_.may_jump) {
     add_with_jumps(box, 0, out);
   } else {
@@ -137,8 +138,9 @@ void BoxRule::add_smooth(const Box& box, int depth, Places& out) {
   }
 }
 
-/// Is the function negligible at the corners and in the middle?
-bool BoxRule::is_empty(const Box& box) {
+/// Two rules of the third degree, one with the corners and the middle, one with Gauss points: does one of them do? An
+/// edge that leaves a corner outside makes them disagree.
+bool BoxRule::add_quickly(const Box& box, Places& out) {
   const int corners = 1 << dimension_;
   std::array<Vec3, 9> x;
   std::array<double, 9> f{};
@@ -149,7 +151,16 @@ bool BoxRule::is_empty(const Box& box) {
   }
   x[corners] = 0.5 * (box.low + box.high);
   f_.f(std::span(x).first(corners + 1), std::span(f).first(corners + 1));
-  return std::ranges::all_of(f, [&](double value) { return std::abs(value) <= 1e-9 * f_.scale; });
+  const std::size_t known = out.x.size();
+  add_product(box.low, box.high, 1, std::span(axes_).first(dimension_), 2, out);
+  out.value.resize(out.x.size(), 0);
+  if (std::ranges::all_of(f, [&](double value) { return std::abs(value) <= negligible * f_.scale; })) return true;
+  f_.f(std::span(out.x).subspan(known), std::span(out.value).subspan(known));
+  double outer = 2. / 3 * f[corners], inner = 0;
+  for (int n = 0; n < corners; ++n) outer += f[n] / (3 * corners), inner += out.value[known + n] / corners;
+  if (std::abs(inner - outer) <= quick_agreement * f_.scale) return true;
+  out.x.resize(known), out.weight.resize(known), out.value.resize(known);
+  return false;
 }
 
 /// Halves the interval with the larger step. That of a smooth function falls to a half every time.

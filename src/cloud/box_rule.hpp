@@ -43,7 +43,7 @@ class BoxRule {
   };
 
   double value(const Vec3& x);
-  bool is_empty(const Box& box);
+  bool add_quickly(const Box& box, Places& out);
   void emit_smooth(const Box& box, Places& out) const;
   void add_smooth(const Box& box, int depth, Places& out);
   void add_with_jumps(const Box& box, int depth, Places& out);

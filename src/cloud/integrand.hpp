@@ -11,8 +11,8 @@ namespace calor {
 struct Integrand {
   std::function<void(std::span<const Vec3> x, std::span<double> out)> f;
   bool may_jump = true;  ///< false: smooth wherever it is asked, so that nobody looks for jumps
-  /// For functions that are integrated again and again: where the corners and the middle of a lattice's cell have less
-  /// than 1e-9 of the scale, nothing more is looked for.
+  /// For functions that are integrated again and again: cells of lattices in which two cheap rules agree to 3e-5 of the
+  /// scale are done, and those whose corners and middle have less than 1e-7 of it.
   bool quick = false;
   double scale = 0;  ///< the largest |f| that counts in the body: what is tiny beside it needs no digits
 };
