@@ -21,8 +21,8 @@ const Gauss& gauss(int n) {
 
 /// Two rules that agree to this part of the function's size: the better one is good to some 1e-8.
 constexpr double agreement = 2e-6;
-/// The same for functions that are integrated again and again, and what is nothing beside their scale.
-constexpr double quick_agreement = 3e-5, negligible = 1e-7;
+/// The same for functions that are integrated again and again.
+constexpr double quick_agreement = 3e-5;
 /// Grids that look for jumps end this part of a length inside, so that an edge on the side of a cell is none of it.
 constexpr double inset = 1e-9;
 /// Halvings of an interval of the grid that tell a jump from a steep place, and those that end at round-off.
@@ -193,6 +193,20 @@ void BoxRule::find_on_line(int axis, Vec3 place, std::span<const double> s, std:
   }
 }
 
+/// Does a jump that one line alone saw lie at the same coordinate a little towards the middle of the box?
+bool BoxRule::is_parallel(int axis, const Box& box, const Jump& jump) {
+  Vec3 a = jump.place, b = a;
+  a[axis] = jump.a, b[axis] = jump.b;
+  const double step = std::abs(value(b) - value(a));
+  for (int k = 0; k < dimension_; ++k) {
+    const int other = axes_[k];
+    if (other == axis) continue;
+    const double middle = 0.5 * (box.low[other] + box.high[other]);
+    a[other] = b[other] = a[other] + 1e-3 * (middle - a[other]);
+  }
+  return std::abs(value(b) - value(a)) > 0.5 * step;
+}
+
 /// Coordinates at which the box is to be split: where lines agree on a jump.
 std::vector<double> BoxRule::planes(int axis, const Box& box, const std::vector<Jump>& jumps, std::size_t lines) {
   std::vector<double> planes;
@@ -200,7 +214,7 @@ std::vector<double> BoxRule::planes(int axis, const Box& box, const std::vector<
   for (std::size_t k = 0; k < jumps.size();) {
     std::size_t end = k + 1;
     while (end < jumps.size() && jumps[end].at() - jumps[k].at() < tolerance) ++end;
-    if (end - k >= std::min<std::size_t>(2, lines)) {
+    if (end - k >= std::min<std::size_t>(2, lines) || is_parallel(axis, box, jumps[k])) {
       Vec3 a = jumps[k].place, b = a;
       a[axis] = jumps[k].a, b[axis] = jumps[k].b;
       const auto jump = locate(axis, a, a[axis], b[axis], value(a), value(b), exact);

@@ -52,6 +52,7 @@ class BoxRule {
   void find_on_line(int axis, Vec3 place, std::span<const double> s, std::span<const double> f,
                     std::vector<Jump>& found);
   std::optional<Jump> locate(int axis, const Vec3& place, double a, double b, double fa, double fb, int halvings);
+  bool is_parallel(int axis, const Box& box, const Jump& jump);
   std::vector<double> planes(int axis, const Box& box, const std::vector<Jump>& jumps, std::size_t lines);
 
   const Integrand& f_;
