@@ -21,8 +21,9 @@ const Gauss& gauss(int n) {
 
 /// Two rules that agree to this part of the function's size: the better one is good to some 1e-8.
 constexpr double agreement = 2e-6;
-/// The same for functions that are integrated again and again.
-constexpr double quick_agreement = 3e-5;
+/// For functions that are integrated again and again, the same with an error of some 3e-5; and rules of the third
+/// degree that agree well enough.
+constexpr double repeated_agreement = 1e-3, quick_agreement = 3e-5;
 /// Grids that look for jumps end this part of a length inside, so that an edge on the side of a cell is none of it.
 constexpr double inset = 1e-9;
 /// Halvings of an interval of the grid that tell a jump from a steep place, and those that end at round-off.
@@ -121,7 +122,8 @@ void BoxRule::add_smooth(const Box& box, int depth, Places& out) {
     f_.f(places->x, places->value);
     for (const double v : places->value) size_ = std::max(size_, std::abs(v));
   }
-  if (std::abs(fine.mean() - coarse.mean()) <= agreement * size_ || depth == most_halvings(dimension_)) {
+  const double tolerance = (f_.quick ? repeated_agreement : agreement) * size_;
+  if (std::abs(fine.mean() - coarse.mean()) <= tolerance || depth == most_halvings(dimension_)) {
     out.x.insert(out.x.end(), fine.x.begin(), fine.x.end());
     for (const double w : fine.weight) out.weight.push_back(box.weight * w);
     out.value.insert(out.value.end(), fine.value.begin(), fine.value.end());
