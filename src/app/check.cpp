@@ -36,6 +36,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
   const double pairs = model.weights.contains("pairs") ? model.weights.at("pairs") : 0;
+  const auto powers = system.source_powers(0, system.temperatures(state.T));
   if (rank_of(comm) != 0) return 0;
 
   const auto line = [](const char* what, const std::string& value) { fmt::print("{:<22}{}\n", what, value); };
@@ -46,6 +47,12 @@ int check_case(const Case& c, MPI_Comm comm) {
   line("volume", fmt::format("{:.9g} m^3, off by {:.1e}", sound.volume, sound.volume_error));
   line("boundary areas",
        fmt::format("sum {:.1e}, moment {:.1e} (both should vanish)", sound.area_sum, sound.moment_sum));
+  for (const auto& [name, area] : model.heated_areas)
+    line("heat flows by", fmt::format("{} on {:.9g} m^2", name, area));
+  for (std::size_t n = 0; n < powers.size(); ++n)
+    line("source",
+         fmt::format("{} gives {:.9g} W of {:.9g} W at the start", system.accounts()[system.boundary_accounts() + n],
+                     powers[n].deposited, powers[n].asked));
   if (model.weights.contains("weight_residual"))
     line("weights", fmt::format("residual {:.1e}", model.weights.at("weight_residual")));
   if (bound > 0) line("explicit step", fmt::format("stable up to {:.4g} s (Gershgorin)", 2 / bound));

@@ -89,6 +89,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     m.T_start = initial_temperatures(c, *m.cloud);
   });
   m.notes = conditions.notes;
+  for (std::size_t n = 0; n < conditions.areas.size(); ++n)
+    if (conditions.areas[n] > 0) m.heated_areas.emplace_back(conditions.accounts[n], conditions.areas[n]);
   for (const auto& source : sources) std::ranges::copy(source->notes, std::back_inserter(m.notes));
   double driving_mean = 0;
   TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);

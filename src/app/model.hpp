@@ -2,6 +2,8 @@
 // A case put together: cloud, conditions, discretisation, material, heat system; ready to be checked or run.
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "case/case.hpp"
 #include "cloud/cloud.hpp"
@@ -18,6 +20,8 @@ struct Model {
   std::vector<std::string> notes;
   std::unique_ptr<HeatSystem> system;
   std::vector<double> T_start;  ///< owned points, K, walls not imposed
+  /// Areas on which heat flows by the sections of [boundary.*] that have a flux, m^2.
+  std::vector<std::pair<std::string, double>> heated_areas = {};
 };
 
 /// Builds everything up to the heat system. Collective; throws Error.

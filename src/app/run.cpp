@@ -123,8 +123,8 @@ double peak_memory() {
   return 1024. * usage.ru_maxrss;
 }
 
-/// Numbers of cloud and weights for the report.
-void add_numbers(const Model& model, RunResult& result) {
+/// Numbers of cloud, weights, heated areas and, at the end, sources for the report. Collective.
+void add_numbers(const Model& model, State& end, RunResult& result) {
   const Cloud& cloud = *model.cloud;
   const CloudCheck sound = check(cloud);
   result.numbers.insert(model.weights.begin(), model.weights.end());
@@ -136,6 +136,13 @@ void add_numbers(const Model& model, RunResult& result) {
                          {"moment_sum", sound.moment_sum},
                          {"ranks", size_of(cloud.comm)},
                          {"memory_bytes", max(cloud.comm, peak_memory())}});
+  for (const auto& [name, area] : model.heated_areas) result.numbers["area." + name] = area;
+  HeatSystem& system = *model.system;
+  auto name = system.accounts().begin() + system.boundary_accounts();
+  for (const auto& [asked, deposited] : system.source_powers(end.t, system.temperatures(end.T))) {
+    result.numbers["power_asked." + *name] = asked;
+    result.numbers["power_deposited." + *name++] = deposited;
+  }
 }
 
 RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, RunLog& log) {
@@ -181,7 +188,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     march(setup, state, *integrator, observers, result);
   else
     solve(setup, state, observers, result);
-  add_numbers(model, result);
+  add_numbers(model, state, result);
   Moment end(system, state);
   end.interrupted_by = result.interrupted_by;
   for (const auto& observer : observers) observer->finish(end, result);

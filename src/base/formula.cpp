@@ -170,6 +170,13 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
   }
 }
 
+bool Formula::may_jump() const {
+  if (expression_.find_first_of("<>=!?&|") != std::string::npos) return true;
+  for (const char* function : {"abs", "sign", "rint", "min", "max", "floor", "ceil", "mod"})
+    if (expression_.find(function) != std::string::npos) return true;
+  return false;
+}
+
 double Formula::operator()(const Vec3& x, double t, double T) {
   x_ = x.x / length_.factor;
   y_ = x.y / length_.factor;

@@ -23,6 +23,7 @@ class Formula {
   double operator()(const Vec3& x, double t, double T);
 
   bool uses(const std::string& variable) const { return used_.contains(variable); }
+  bool may_jump() const;  ///< or bend: does it compare, or use a function that jumps?
   const std::string& expression() const { return expression_; }
 
  private:

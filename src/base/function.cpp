@@ -20,6 +20,7 @@ struct Function::Kind {
   virtual const Curve* of_temperature() const { return nullptr; }
   virtual std::string name() const { return "a function"; }
   virtual bool layered() const { return false; }
+  virtual bool may_jump() const { return on.place; }
   virtual Fault fault() const { return Fault::bad_case; }  ///< of a value that is not finite
 
   Dependence on;
@@ -80,6 +81,7 @@ class OfPlaceTimeTemperature final : public Function::Kind {
     }
   }
   std::string name() const override { return "formula '" + formula_->expression() + "'"; }
+  bool may_jump() const override { return on.place && formula_->may_jump(); }
 
  private:
   std::unique_ptr<Formula> formula_;
@@ -268,6 +270,7 @@ Function Function::with_breaks(std::vector<double> times) const {
 bool Function::depends_on_place() const { return kind_->on.place; }
 bool Function::depends_on_time() const { return kind_->on.time; }
 bool Function::depends_on_temperature() const { return kind_->on.temperature; }
+bool Function::may_jump() const { return kind_->may_jump(); }
 bool Function::is_layered() const { return kind_->layered(); }
 const SourceLocation& Function::location() const { return kind_->location; }
 

@@ -59,6 +59,8 @@ class Function {
   bool depends_on_temperature() const;
   bool is_constant() const { return !depends_on_place() && !depends_on_time() && !depends_on_temperature(); }
   bool is_layered() const;  ///< piecewise constant in place
+  /// May the function jump or bend from place to place? False for formulas without comparisons, abs, min, floor, ...
+  bool may_jump() const;
 
   /// The same function, with times at which it jumps or has a kink as the case tells them.
   Function with_breaks(std::vector<double> times) const;

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "boundary/segments.hpp"
 #include "boundary/surface_fluxes.hpp"
 
 namespace calor {
@@ -23,10 +24,15 @@ struct BoundarySection {
   bool prescribed, insulated;
   std::uint32_t faces = 0;    // bit f: cloud.faces[f]
   int plate = 0;              // how many of the plate's faces
-  std::vector<char> in = {};  // `where` at the owned points; empty: true everywhere
+  std::vector<char> in = {};  // `where` at the owned points, of prescribed and insulated ones; empty: true everywhere
+  std::optional<Function> where = {};   // of a flux
+  std::vector<char> whole_facets = {};  // of a flux with `where`: those that it selects as a whole
 
   bool holds(int point) const { return in.empty() || in[point]; }
   bool holds(const Facet& p) const { return faces >> p.face & 1 && holds(p.point); }
+  bool holds_all(const Cloud& cloud, std::size_t n) const {
+    return whole_facets.empty() ? holds(cloud.facets[n]) : whole_facets[n];
+  }
   std::string key() const { return table.has("where") ? "where" : table.has("on") ? "on" : ""; }
 };
 
@@ -95,7 +101,13 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
     if (s.faces != 0 && !s.prescribed && !cloud.has_areas && !s.insulated)
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
-    if (table.has("where")) collective_try(cloud.comm, [&, &t = table] { s.in = where(c, t, cloud.owned_points()); });
+    if (table.has("where"))
+      collective_try(cloud.comm, [&, &t = table] {
+        if (s.prescribed || s.insulated)
+          s.in = where(c, t, cloud.owned_points());
+        else
+          s.where = where_function(c, t);
+      });
     sections.push_back(std::move(s));
   }
   return sections;
@@ -116,9 +128,10 @@ std::vector<int> selected_points(const BoundarySection& s, const Cloud& cloud) {
 void refuse_contradictions(const std::vector<BoundarySection>& sections, const Cloud& cloud) {
   const std::size_t F = cloud.faces.size(), S = sections.size();
   std::vector<std::int64_t> facets((S + 1) * F);  // of every section on every face; the last row counts all
-  for (const Facet& p : cloud.facets) {
-    for (std::size_t s = 0; s < S; ++s) facets[s * F + p.face] += sections[s].holds(p);
-    ++facets[S * F + p.face];
+  for (std::size_t n = 0; n < cloud.facets.size(); ++n) {
+    const int face = cloud.facets[n].face;
+    for (std::size_t s = 0; s < S; ++s) facets[s * F + face] += sections[s].holds_all(cloud, n);
+    ++facets[S * F + face];
   }
   add_up(cloud.comm, facets);
   for (std::size_t b = 0; b < S; ++b) {
@@ -182,34 +195,79 @@ void share_points(Conditions& conditions, const Cloud& cloud) {
                             : "change the selection");
 }
 
-/// Where heat enters by a section.
-struct Segments {
-  std::vector<int> point;
-  std::vector<double> area;
-  std::vector<Vec3> x;
-  bool is_plate;
-};
-
-Segments wall_segments(const BoundarySection& s, const Cloud& cloud) {
-  Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = false};
-  for (const Facet& p : cloud.facets) {
-    if (!s.holds(p)) continue;
-    segments.point.push_back(p.point);
-    segments.area.push_back(p.area);
-    segments.x.push_back(cloud.x[p.point]);
-  }
-  return segments;
+/// The area of the places at which a flux does something at the start, at the temperature of the surroundings. What is
+/// wrong there is said before the run.
+std::vector<double> acting_area(const SurfaceTerm& term) {
+  std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size()), slope(term.x.size()), area = term.area;
+  if (T.empty() && term.flux->depends_on_temperature()) return area;
+  T.resize(term.x.size());
+  term.flux->evaluate({.x = term.x, .T = T}, q, slope);
+  for (std::size_t n = 0; n < area.size(); ++n)
+    if (q[n] == 0 && slope[n] == 0) area[n] = 0;
+  return area;
 }
 
-Segments plate_segments(const BoundarySection& s, const Cloud& cloud) {
-  Segments segments{.point = {}, .area = {}, .x = {}, .is_plate = true};
-  for (int i = 0; i < cloud.owned; ++i) {
-    if (!s.holds(i)) continue;
-    segments.point.push_back(i);
-    segments.area.push_back(s.plate * cloud.volume[i] / cloud.cross_section);
-    segments.x.push_back(cloud.x[i]);
+/// What a flux is at the start, at two temperatures near those of its surroundings: a flux that vanishes at one of them
+/// does not at the other.
+Integrand flux_at_start(const SurfaceFlux& flux) {
+  return {.f = [&](std::span<const Vec3> x, std::span<double> out) {
+    std::ranges::fill(out, 0.0);
+    constexpr double other = 40;  // K
+    std::vector<double> T = flux.ambient(x, 0), q(x.size());
+    if (T.empty() && flux.depends_on_temperature()) return;  // nobody knows which temperatures it is made for
+    T.resize(x.size());
+    for (const double part : {1., 0.6}) {
+      flux.evaluate({.x = x, .T = T}, q, {});
+      for (std::size_t n = 0; n < q.size(); ++n) out[n] += part * q[n];
+      for (double& t : T) t += other;
+    }
+  }};
+}
+
+/// The fluxes of one section, and the area on which they flow.
+void add_fluxes(BoundarySection& s, int account, const CellIntegrals& integrals, const Cloud& cloud,
+                Conditions& conditions) {
+  Selection on_walls{.facets = {}, .where = s.where}, on_plate{.facets = {}, .plate = s.plate, .where = s.where};
+  for (std::size_t n = 0; n < cloud.facets.size(); ++n)
+    if (s.faces >> cloud.facets[n].face & 1) on_walls.facets.push_back(static_cast<int>(n));
+  const bool has_walls = s.faces != 0;
+  Segments walls, plate;  // for fluxes that are the same at all places
+  collective_try(cloud.comm, [&] {
+    if (has_walls) walls = selected_facets(integrals, cloud, on_walls);
+    if (s.plate > 0) plate = selected_facets(integrals, cloud, on_plate);
+  });
+  if (s.where) {
+    s.whole_facets.assign(cloud.facets.size(), 0);
+    for (std::size_t k = 0; k < walls.facet.size(); ++k)
+      s.whole_facets[walls.facet[k]] = walls.area[k] >= (1 - 1e-9) * cloud.facets[walls.facet[k]].area;
   }
-  return segments;
+  const double selected = sum(cloud.comm, walls.area) + sum(cloud.comm, plate.area);
+  if (!(selected > 0)) refuse_empty(s, "piece of the surface");
+
+  double largest = 0;  // area on which one of the fluxes acts
+  for (const SurfaceFluxKind* kind : surface_fluxes().given(s.table)) {
+    std::unique_ptr<SurfaceFlux> flux;
+    collective_try(cloud.comm, [&] { flux = kind->make(s.table, {}); });
+    double acting = 0;
+    for (const bool is_plate : {false, true}) {
+      if (is_plate ? s.plate == 0 : !has_walls) continue;
+      SurfaceTerm& term = conditions.fluxes.emplace_back();
+      term.name = s.name + "." + kind->name, term.account = account, term.is_plate = is_plate;
+      collective_try(cloud.comm, [&] {
+        Segments p = is_plate ? plate : walls;
+        if (flux->depends_on_place())
+          p = selected_places(integrals, cloud, is_plate ? on_plate : on_walls, flux_at_start(*flux));
+        term.point = std::move(p.point), term.facet = std::move(p.facet);
+        term.area = std::move(p.area), term.x = std::move(p.x);
+        term.flux = kind->make(s.table, term.x);
+      });
+      std::vector<double> area;
+      collective_try(cloud.comm, [&] { area = acting_area(term); });
+      acting += sum(cloud.comm, area);
+    }
+    largest = std::max(largest, acting);
+  }
+  conditions.areas[account] = largest > 0 ? largest : selected;  // nothing acts yet
 }
 
 PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Cloud& cloud) {
@@ -262,11 +320,13 @@ std::vector<int> conditions_at(const Conditions& conditions, int face, std::span
 }
 
 Conditions make_conditions(const Case& c, const Cloud& cloud) {
-  const auto sections = read_sections(c, cloud);
+  auto sections = read_sections(c, cloud);
+  const CellIntegrals integrals(cloud);
   Conditions conditions;
-  for (const BoundarySection& s : sections) {
+  for (BoundarySection& s : sections) {
     const int account = static_cast<int>(conditions.accounts.size());
     conditions.accounts.push_back(s.name);
+    conditions.areas.push_back(0);
     conditions.walls.push_back(wall_section(c, s,
                                             s.prescribed  ? static_cast<int>(conditions.temperatures.size())
                                             : s.insulated ? WallSection::insulated
@@ -275,26 +335,7 @@ Conditions make_conditions(const Case& c, const Cloud& cloud) {
       conditions.temperatures.push_back(make_prescribed(s, account, cloud));
       continue;
     }
-    std::vector<Segments> segments;
-    if (s.faces != 0) segments.push_back(wall_segments(s, cloud));
-    if (s.plate > 0) segments.push_back(plate_segments(s, cloud));
-    std::int64_t count = 0;
-    for (const Segments& p : segments) count += static_cast<std::int64_t>(p.point.size());
-    if (total(cloud.comm, count) == 0) refuse_empty(s, "piece of the surface");
-    for (const SurfaceFluxKind* kind : surface_fluxes().given(s.table)) {
-      for (const Segments& p : segments) {
-        conditions.fluxes.push_back({s.name + "." + kind->name, account, nullptr, p.point, p.area, p.x, p.is_plate});
-        SurfaceTerm& term = conditions.fluxes.back();
-        collective_try(cloud.comm, [&] {
-          term.flux = kind->make(s.table, term.x);
-          // What is wrong at the start is said before the run: at the temperature of the surroundings.
-          std::vector<double> T = term.flux->ambient(term.x, 0), q(term.x.size());
-          if (T.empty() && term.flux->depends_on_temperature()) return;
-          T.resize(term.x.size());
-          term.flux->evaluate({.x = term.x, .T = T}, q, {});
-        });
-      }
-    }
+    if (!s.insulated) add_fluxes(s, account, integrals, cloud, conditions);
   }
   refuse_contradictions(sections, cloud);
   share_points(conditions, cloud);

@@ -21,18 +21,22 @@ class SurfaceFlux {
   virtual void evaluate(const Arguments& args, std::span<double> q, std::span<double> dq_dT) const = 0;
   virtual bool depends_on_temperature() const = 0;  ///< false: q is prescribed
   virtual bool linear_in_temperature() const = 0;   ///< dq/dT does not depend on T
+  /// false: the same at all places of a facet, so that its area is all that counts
+  virtual bool depends_on_place() const { return true; }
   virtual bool derivative_depends_on_time() const { return false; }
   virtual std::vector<double> events() const = 0;
   /// Ambient temperatures at time t, for the range of temperatures to expect; empty for a plain flux.
   virtual std::vector<double> ambient(std::span<const Vec3> x, double t) const = 0;
 };
 
-/// One flux on a set of facets of this rank.
+/// One flux on parts of facets of this rank: at the places of a quadrature, or on each facet as a whole where it does
+/// not depend on the place.
 struct SurfaceTerm {
   std::string name;  ///< "top.convection"
   int account;       ///< index into Conditions::accounts
   std::unique_ptr<SurfaceFlux> flux;
-  std::vector<int> point;    ///< owned points, one entry per facet
+  std::vector<int> point;    ///< owned points, one entry a place
+  std::vector<int> facet;    ///< index into Cloud::facets; none on the faces of a plate
   std::vector<double> area;  ///< m^2
   std::vector<Vec3> x;
   bool is_plate = false;  ///< on the faces of a plate: the area is that of the cells, and heat goes into all of them
@@ -61,6 +65,7 @@ struct WallSection {
 
 struct Conditions {
   std::vector<std::string> accounts;  ///< names of the boundary sections, in the order of the case
+  std::vector<double> areas;  ///< on which the fluxes of each act at the start, of all ranks, m^2; 0 without a flux
   std::vector<SurfaceTerm> fluxes;
   std::vector<PrescribedTerm> temperatures;
   std::vector<WallSection> walls;  ///< in the order of the case

@@ -23,6 +23,9 @@ class Convection final : public SurfaceFlux {
     for (std::size_t i = 0; i < n; ++i) dq_dT[i] = slope[i] * (ambient[i] - args.T[i]) - h[i];
   }
   bool depends_on_temperature() const override { return true; }
+  bool depends_on_place() const override {
+    return h_.function().depends_on_place() || ambient_.function().depends_on_place();
+  }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
   std::vector<double> events() const override { return events_of(h_, ambient_); }

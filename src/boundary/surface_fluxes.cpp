@@ -16,6 +16,7 @@ class PrescribedFlux final : public SurfaceFlux {
     if (!dq_dT.empty()) q_.derivative(args, dq_dT);
   }
   bool depends_on_temperature() const override { return q_.function().depends_on_temperature(); }
+  bool depends_on_place() const override { return q_.function().depends_on_place(); }
   bool linear_in_temperature() const override { return !depends_on_temperature(); }
   std::vector<double> events() const override { return q_.function().events(); }
   std::vector<double> ambient(std::span<const Vec3>, double) const override { return {}; }

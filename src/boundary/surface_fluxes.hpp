@@ -15,8 +15,9 @@ struct SurfaceFluxKind {
   std::string name;  ///< its key in [boundary.*]
   std::string sentence;
   void (*declare)(Schema& schema);
-  /// `boundary`: the table that holds the key; `x`: points of the facets, which must outlive the flux. What is asked
-  /// at these points and depends on place alone is evaluated once. Throws Error(bad_case).
+  /// `boundary`: the table that holds the key; `x`: places on the facets, which must outlive the flux. What is asked
+  /// at these places and depends on place alone is evaluated once; with none the flux is asked where it jumps. Throws
+  /// Error(bad_case).
   std::unique_ptr<SurfaceFlux> (*make)(const Table& boundary, std::span<const Vec3> x);
 };
 

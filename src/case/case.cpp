@@ -158,7 +158,7 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
   return c;
 }
 
-std::vector<char> where(const Case& c, const Table& table, std::span<const Vec3> x) {
+Function where_function(const Case& c, const Table& table) {
   try {
     to_si(1, table.text("length"), "m");
   } catch (const std::invalid_argument& e) {
@@ -172,6 +172,11 @@ std::vector<char> where(const Case& c, const Table& table, std::span<const Vec3>
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),
                              f.depends_on_time() ? "time" : "temperature"),
                  "use x, y, z and r only");
+  return f;
+}
+
+std::vector<char> where(const Case& c, const Table& table, std::span<const Vec3> x) {
+  const Function f = where_function(c, table);
   std::vector<double> value(x.size());
   f.evaluate({.x = x}, value);
   std::vector<char> selected(x.size());

@@ -165,7 +165,7 @@ Argument argument_of(const FunctionTable& parts) {
   if (may_be_both && !parts.table().find("file"))
     refuse_value(parts.table(), fmt::format("the table of {} does not say what it goes by", parts.owner().name),
                  "add of = \"time\" or of = \"temperature\"");
-  return unit == "K" ? time_of_run : temperature;
+  return unit == "K" || unit == "W" ? time_of_run : temperature;
 }
 
 Rows written_rows(const FunctionTable& parts, const Argument& argument) {

@@ -46,6 +46,7 @@ struct CellSampler::Near {
   double square;  ///< squared distance to the point whose cell it is
   std::int64_t id;
   Vec3 area;
+  std::uint32_t on_faces;
 };
 
 CellSampler::CellSampler(const Cloud& cloud)
@@ -93,16 +94,21 @@ void CellSampler::visit_within(const Vec3& centre, double radius, const Visit& v
 void CellSampler::add(int i, CellSamples& out) const {
   out.point.push_back(i);
   if (cloud_.lattice) {
-    add_boxes(i, out);
+    add_boxes(i, 1, out.x);
   } else {
-    add_nearest(i, out);
+    add_nearest(i, 1, out.x);
   }
   const std::int64_t begin = out.row.back(), count = static_cast<std::int64_t>(out.x.size()) - begin;
   out.weight.resize(out.x.size(), cloud_.volume[i] / static_cast<double>(count));
   out.row.push_back(begin + count);
 }
 
-void CellSampler::add_boxes(int i, CellSamples& out) const {
+void CellSampler::of(int i, int finer, std::vector<Vec3>& out) const {
+  out.clear();
+  cloud_.lattice ? add_boxes(i, finer, out) : add_nearest(i, finer, out);
+}
+
+void CellSampler::add_boxes(int i, int finer, std::vector<Vec3>& out) const {
   const Lattice& lattice = *cloud_.lattice;
   const LatticeIndex index = lattice.index(cloud_.id[i]);
   std::array<int, 3> n = {1, 1, 1};
@@ -110,13 +116,13 @@ void CellSampler::add_boxes(int i, CellSamples& out) const {
   for (int a = 0; a < cloud_.dimension; ++a) {
     const auto [begin, end] = lattice.cell(a, index[a]);
     const bool half = lattice.box().on_walls && (lattice.lowest(index, a) || lattice.highest(index, a));
-    n[a] = per_spacing(cloud_.dimension) / (half ? 2 : 1);
+    n[a] = finer * per_spacing(cloud_.dimension) / (half ? 2 : 1);
     low[a] = begin, step[a] = (end - begin) / n[a];
   }
   for (int z = 0; z < n[2]; ++z)
     for (int y = 0; y < n[1]; ++y)
       for (int x = 0; x < n[0]; ++x)
-        out.x.push_back(low + Vec3{(x + 0.5) * step.x, (y + 0.5) * step.y, (z + 0.5) * step.z});
+        out.push_back(low + Vec3{(x + 0.5) * step.x, (y + 0.5) * step.y, (z + 0.5) * step.z});
 }
 
 /// Nearest first, so that most places outside the cell are told by the first few.
@@ -127,14 +133,15 @@ std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
   visit_within(x, std::min(2 * farthest * d, cloud_.halo_width), [&](int j) {
     const double square = dot(cloud_.x[j] - x, cloud_.x[j] - x);
     const double limit = cloud_.halo_support.radius(0.5 * (d + cloud_.spacing[j]));
-    if (j != i && square <= limit * limit) near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j]});
+    if (j != i && square <= limit * limit)
+      near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
   });
   std::ranges::sort(
       near, [](const Near& a, const Near& b) { return a.square < b.square || (a.square == b.square && a.id < b.id); });
   return near;
 }
 
-void CellSampler::add_nearest(int i, CellSamples& out) const {
+void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
   const int D = cloud_.dimension;
   const Vec3& x = cloud_.x[i];
   const double d = cloud_.spacing[i];
@@ -143,8 +150,7 @@ void CellSampler::add_nearest(int i, CellSamples& out) const {
   Surface own;
   for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
     const Facet& facet = cloud_.facets[n];
-    // Off the walls, the wall lies half a cell away.
-    const double away = cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[i] / facet.area;
+    const double away = wall_distance(facet);
     const Plane plane{x + away * facet.normal, facet.normal};
     const bool reentrant = std::ranges::any_of(
         near, [&](const Near& j) { return j.square < 4 * d * d && plane.has_outside(j.x, 0.25 * d); });
@@ -165,10 +171,10 @@ void CellSampler::add_nearest(int i, CellSamples& out) const {
   const bool near_wall = cloud_.points_on_walls && !on_wall &&
                          std::ranges::any_of(near, [](const Near& j) { return !(j.area == Vec3{}); });
 
-  const std::size_t begin = out.x.size();
-  for (int level = 0, n = per_spacing(D); level < most_refinements && out.x.size() - begin < least_samples;
+  const std::size_t begin = out.size();
+  for (int level = 0, n = finer * per_spacing(D); level < most_refinements && out.size() - begin < least_samples;
        ++level, n *= 2) {
-    out.x.resize(begin);
+    out.resize(begin);
     const int half = static_cast<int>(std::ceil(farthest * n));  // sub-cells on either side of the point
     std::int64_t place = 0;
     for (int sz = D > 2 ? -half : 0; sz < (D > 2 ? half : 1); ++sz) {
@@ -183,12 +189,84 @@ void CellSampler::add_nearest(int i, CellSamples& out) const {
           bool nearest = true;
           for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
             nearest = dot(p - j->x, p - j->x) >= square;
-          if (nearest && !own.has_outside(p) && !(near_wall && beyond_near_wall(p))) out.x.push_back(p);
+          if (nearest && !own.has_outside(p) && !(near_wall && beyond_near_wall(p))) out.push_back(p);
         }
       }
     }
   }
-  if (out.x.size() == begin) out.x.push_back(x);
+  if (out.size() == begin) out.push_back(x);
+}
+
+/// Of clouds off the walls, the wall lies half a cell away.
+double CellSampler::wall_distance(const Facet& facet) const {
+  return cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[facet.point] / facet.area;
+}
+
+void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
+  const Facet& facet = cloud_.facets[n];
+  out.clear();
+  double nearest = 0;
+  for (const Near& j : rivals(facet.point)) {
+    if (!(j.on_faces >> facet.face & 1)) continue;
+    if (out.empty()) nearest = j.square;
+    if (j.square <= 2.5 * nearest) out.push_back(j.x);
+  }
+}
+
+std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
+  const Facet& facet = cloud_.facets[n];
+  const Vec3 middle = cloud_.x[facet.point] + wall_distance(facet) * facet.normal;
+  const Vec3 along = {-facet.normal.y, facet.normal.x, 0};
+  const double length = facet.area / cloud_.cross_section;
+  std::array<double, 2> reach = {};  // towards either side, half way to the neighbour there
+  std::array<Vec3, 2> way = {-along, along};
+  for (const int side : {0, 1}) {
+    for (const Near& j : rivals(facet.point)) {
+      const Vec3 r = j.x - cloud_.x[facet.point];
+      if (!(j.on_faces >> facet.face & 1) || dot(r, way[side]) < 0.5 * std::sqrt(j.square)) continue;
+      reach[side] = 0.5 * std::sqrt(j.square);
+      if (cloud_.points_on_walls) way[side] = 1 / std::sqrt(j.square) * r;
+      break;  // the nearest
+    }
+  }
+  // At its end the wall reaches as far as is left.
+  for (const int side : {0, 1})
+    if (reach[side] == 0) reach[side] = std::max(0.0, length - (reach[1 - side] == 0 ? 0.5 * length : reach[1 - side]));
+  const double scale = length / (reach[0] + reach[1]);
+  return {middle + scale * reach[0] * way[0], middle, middle + scale * reach[1] * way[1]};
+}
+
+void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
+  const Facet& facet = cloud_.facets[n];
+  const int i = facet.point;
+  const Vec3 x = cloud_.x[i], away = wall_distance(facet) * facet.normal;
+  const Vec3 least = std::abs(facet.normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
+  Vec3 u = cross(facet.normal, least);
+  u *= 1 / norm(u);
+  const Vec3 v = cross(facet.normal, u);
+  std::vector<Vec3> same;  // to the neighbours on the face, in its plane
+  for (const Near& j : rivals(i)) {
+    const Vec3 r = j.x - x;
+    if (j.on_faces >> facet.face & 1) same.push_back(r - dot(r, facet.normal) * facet.normal);
+  }
+  const double d = cloud_.spacing[i];
+  const int per = 8 * finer, half = static_cast<int>(std::ceil(farthest * per));
+  std::uint64_t place = 0;
+  out.clear();
+  for (int su = -half; su < half; ++su) {
+    for (int sv = -half; sv < half; ++sv, ++place) {
+      const Vec3 random = hashed_uniform(facet.face, (static_cast<std::uint64_t>(cloud_.id[i]) << 24) + place);
+      const Vec3 p = d / per * ((su + random.x) * u + (sv + random.y) * v);
+      const double square = dot(p, p);
+      const bool nearest = std::ranges::all_of(same, [&](const Vec3& r) { return dot(p - r, p - r) >= square; });
+      bool is_beyond = square > farthest * farthest * d * d;  // another face of the same point ends this one
+      for (int k = patches_of_[i]; k < patches_of_[i + 1]; ++k)
+        is_beyond = is_beyond || (dot(cloud_.facets[k].normal, facet.normal) < 0.9 &&
+                                  dot(p, cloud_.facets[k].normal) > wall_distance(cloud_.facets[k]));
+      if (nearest && !is_beyond) out.push_back(x + away + p);
+    }
+  }
+  if (out.empty()) out.push_back(x + away);
 }
 
 }  // namespace calor

@@ -1,6 +1,7 @@
 #pragma once
 // Points spread over the cells of the points, with weights: integrals over cells, for sources as cell means
 // and for capacities.
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -32,14 +33,25 @@ class CellSampler {
   CellSamples all() const;
   /// Of the owned points within `radius` (m) of a place; replaces what `out` held and reuses its memory.
   void near(const Vec3& centre, double radius, CellSamples& out) const;
+  /// Places spread evenly over the cell of owned point i, `finer` times as many along every axis; replaces what `out`
+  /// held.
+  void of(int i, int finer, std::vector<Vec3>& out) const;
+  /// Places spread evenly over the facet Cloud::facets[n] of a cloud of three dimensions, in its tangential plane.
+  void of_facet(int n, int finer, std::vector<Vec3>& out) const;
+  /// The nearest other points on the face of a facet.
+  void beside_facet(int n, std::vector<Vec3>& out) const;
+  /// Where the facet lies on a cloud of two dimensions: along two straight pieces, from ends[0] to ends[1] to ends[2],
+  /// towards the neighbours on the same face.
+  std::array<Vec3, 3> ends_of_facet(int n) const;
 
  private:
   struct Near;  // a point that may be nearer to a sample
 
   void add(int i, CellSamples& out) const;
-  void add_boxes(int i, CellSamples& out) const;
-  void add_nearest(int i, CellSamples& out) const;
+  void add_boxes(int i, int finer, std::vector<Vec3>& out) const;
+  void add_nearest(int i, int finer, std::vector<Vec3>& out) const;
   std::vector<Near> rivals(int i) const;
+  double wall_distance(const Facet& facet) const;
   template <class Visit>
   void visit_within(const Vec3& centre, double radius, const Visit& visit) const;
 

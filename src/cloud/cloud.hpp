@@ -18,6 +18,7 @@ struct _p_PetscSF;  // NOLINT(bugprone-reserved-identifier): PETSc's name
 namespace calor {
 
 class Lattice;
+class RingLattice;
 
 /// Copies values of owned points to the ghosts on other ranks (PetscSF).
 class Halo {
@@ -84,7 +85,8 @@ struct Cloud {
   std::vector<double> walls;  ///< of a box: coordinate of the plane of faces[f], m; faces[f] is normal to axis f / 2
 
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
-  bool box_lattice = false;                ///< unjittered box lattice with equal spacing along every axis
+  std::shared_ptr<const RingLattice> rings;  ///< of points that are those of concentric rings, by their id; or null
+  bool box_lattice = false;                  ///< unjittered box lattice with equal spacing along every axis
   bool nearest_volumes =
       true;  ///< volumes are those of the nearest point; false: sectors of rings, which only resemble them
   bool points_on_walls = true;  ///< false: cell-centred

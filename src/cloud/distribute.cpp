@@ -192,6 +192,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.faces = std::move(points.faces);
   cloud.tags = std::move(points.tags);
   cloud.lattice = std::move(points.lattice);
+  cloud.rings = std::move(points.rings);
   cloud.walls = std::move(points.walls);
   cloud.box_lattice = points.box_lattice;
   cloud.nearest_volumes = points.nearest_volumes;

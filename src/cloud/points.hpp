@@ -43,8 +43,9 @@ struct Points {
   std::vector<Point> points;
   std::vector<SurfacePiece> facets;  ///< of points[0], then of points[1], ...
   std::vector<std::string> faces, tags = {""};
-  std::shared_ptr<const Lattice> lattice;  ///< see Cloud
-  std::vector<double> walls;               ///< of a box, see Cloud
+  std::shared_ptr<const Lattice> lattice;    ///< see Cloud
+  std::shared_ptr<const RingLattice> rings;  ///< see Cloud
+  std::vector<double> walls;                 ///< of a box, see Cloud
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;
   ExactBody exact;
 

@@ -3,94 +3,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
+#include "cloud/ring_lattice.hpp"
 #include "cloud/shapes.hpp"
 
 namespace calor {
 namespace {
-
-constexpr double pi = std::numbers::pi;
-
-/// What a point of the plane lattice of rings owns.
-struct RingPoint {
-  double x, y;
-  double area, full_area;                 ///< of its sector of a ring, inside the body and uncut
-  double arc = 0;                         ///< length on the side
-  Vec3 arc_vector = {}, arc_normal = {};  ///< integral of the normal over the arc; its direction
-  double cut1 = 0, cut2 = 0;              ///< lengths on the cuts
-};
-
-class RingLattice {
- public:
-  explicit RingLattice(const Rings& r) : rings_(r), dr_(r.radius / r.rings) {
-    first_.push_back(0);
-    first_.push_back(1);
-    for (int m = 1; m <= r.rings; ++m) first_.push_back(first_.back() + points_on(m));
-  }
-
-  double dr() const { return dr_; }
-  double angle() const { return rings_.sector == Sector::full ? 2 * pi : rings_.sector == Sector::half ? pi : pi / 2; }
-  std::int64_t count() const { return first_.back(); }
-
-  RingPoint point(std::int64_t index) const {
-    const int m = static_cast<int>(std::upper_bound(first_.begin(), first_.end(), index) - first_.begin()) - 1;
-    return m == 0 ? centre() : on_ring(m, index - first_[m]);
-  }
-
- private:
-  bool whole() const { return rings_.sector == Sector::full; }
-  std::int64_t intervals_on(int m) const {
-    if (whole()) return 6 * m;
-    if (rings_.sector == Sector::half) return 3 * m;
-    return std::max<std::int64_t>(2, std::lrint(1.5 * m));  // halves go to even numbers, in turn up and down
-  }
-  std::int64_t points_on(int m) const { return intervals_on(m) + (whole() ? 0 : 1); }
-
-  /// Length on the cut at angle 0 or at the end of the sector; the two cuts of a half lie in one plane.
-  void add_cut(RingPoint& p, bool start, double length) const {
-    (start || rings_.sector == Sector::half ? p.cut1 : p.cut2) += length;
-  }
-
-  RingPoint centre() const {
-    const double r = dr_ / 2;
-    RingPoint p{.x = 0, .y = 0, .area = angle() / 2 * r * r, .full_area = pi * r * r};
-    if (!whole()) add_cut(p, true, r), add_cut(p, false, r);
-    return p;
-  }
-
-  RingPoint on_ring(int m, std::int64_t i) const {
-    const std::int64_t n = intervals_on(m);
-    const double step = angle() / static_cast<double>(n), theta = step * static_cast<double>(i);
-    const bool start = !whole() && i == 0, end = !whole() && i == n;
-    const bool outermost = m == rings_.rings;
-    const double r = outermost ? rings_.radius : m * dr_;
-    const double inner = r - dr_ / 2, uncut = r + dr_ / 2, outer = outermost ? rings_.radius : uncut;
-    const double share = start || end ? 0.5 : 1;
-
-    RingPoint p{.x = r * std::cos(theta),
-                .y = r * std::sin(theta),
-                .area = share * step * (outer * outer - inner * inner) / 2,
-                .full_area = step * (uncut * uncut - inner * inner) / 2};
-    if (start) p.x = r, p.y = 0;
-    if (end && rings_.sector == Sector::half) p.x = -r, p.y = 0;
-    if (end && rings_.sector == Sector::quarter) p.x = 0, p.y = r;
-    if (start || end) add_cut(p, start, outer - inner);
-    if (outermost) {
-      const double from = start ? theta : theta - step / 2, to = end ? theta : theta + step / 2;
-      p.arc = r * (to - from);
-      // Chord times its normal: the integral of n over the arc; so the vectors of the closed surface add up to zero.
-      const double middle = (from + to) / 2;
-      p.arc_normal = {std::cos(middle), std::sin(middle), 0};
-      p.arc_vector = 2 * r * std::sin((to - from) / 2) * p.arc_normal;
-    }
-    return p;
-  }
-
-  Rings rings_;
-  double dr_;
-  std::vector<std::int64_t> first_;  // index of the first point of every ring, and the end
-};
 
 Rings rings_from(const Table& cloud) {
   Rings r;
@@ -113,7 +31,6 @@ Rings rings_from(const Table& cloud) {
 }  // namespace
 
 Points make_rings(MPI_Comm comm, const Rings& rings) {
-  const RingLattice lattice(rings);
   const bool solid = rings.levels > 0;
   const int levels = solid ? rings.levels : 1;
   const double dz = solid ? rings.height / (levels - 1) : rings.thickness;
@@ -121,6 +38,8 @@ Points make_rings(MPI_Comm comm, const Rings& rings) {
   Points out;
   out.dimension = solid ? 3 : 2;
   out.nearest_volumes = false;
+  out.rings = std::make_shared<const RingLattice>(rings);
+  const RingLattice& lattice = *out.rings;
   out.section = solid ? 1 : rings.thickness;
   out.exact.volume = lattice.angle() / 2 * rings.radius * rings.radius * (solid ? rings.height : rings.thickness);
   out.faces = {"side"};

@@ -11,22 +11,16 @@
 namespace calor {
 namespace {
 
-/// For every facet of the term its part of the area that its point has on the same face: the flux of a face with
+/// For every place of the term its part of the area that its point has on the same face: the flux of a face with
 /// several facets is their mean.
 std::vector<double> shares_of_faces(const Cloud& cloud, const SurfaceTerm& term) {
-  std::vector<double> share(term.point.size(), term.is_plate ? 0 : 1);
+  std::vector<double> share(term.point.size(), 0);
   if (term.is_plate) return share;  // what goes through the cell of a wall point, which holds no heat, is left out
-  std::vector<char> used(cloud.facets.size());
   for (std::size_t p = 0; p < term.point.size(); ++p) {
-    const auto facets = std::ranges::equal_range(cloud.facets, term.point[p], {}, &Facet::point);
-    const auto mine = std::ranges::find_if(
-        facets, [&](const Facet& facet) { return facet.area == term.area[p] && !used[&facet - cloud.facets.data()]; });
-    if (mine == facets.end()) continue;
-    used[&*mine - cloud.facets.data()] = 1;
     double face_area = 0;
-    for (const Facet& facet : facets)
-      if (facet.face == mine->face) face_area += facet.area;
-    share[p] = mine->area / face_area;
+    for (const Facet& facet : std::ranges::equal_range(cloud.facets, term.point[p], {}, &Facet::point))
+      if (facet.face == cloud.facets[term.facet[p]].face) face_area += facet.area;
+    share[p] = term.area[p] / face_area;
   }
   return share;
 }

@@ -5,10 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <unordered_map>
 
 #include "base/csv.hpp"
 #include "base/parallel.hpp"
+#include "cloud/cell_integrals.hpp"
 
 namespace calor {
 namespace {
@@ -95,6 +97,26 @@ std::vector<double> from_file(const std::string& path, const Cloud& cloud, const
   return T;
 }
 
+/// The temperature at the points; where it jumps within a cell, the mean over the cell: the heat is what counts.
+std::vector<double> from_function(const Function& f, const Cloud& cloud) {
+  std::vector<double> T(cloud.owned);
+  collective_try(cloud.comm, [&] { f.evaluate({.x = cloud.owned_points()}, T); });
+  if (!f.may_jump()) return T;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (const double value : T) low = std::min(low, value), high = std::max(high, value);
+  low = min(cloud.comm, low), high = max(cloud.comm, high);
+  const auto above_lowest = [&](std::span<const Vec3> x, std::span<double> out) {
+    f.evaluate({.x = x}, out);
+    for (double& value : out) value -= low;
+  };
+  collective_try(cloud.comm, [&] {
+    const std::vector<double> rise = CellIntegrals(cloud).values({.f = above_lowest, .scale = high - low});
+    for (std::size_t i = 0; i < T.size(); ++i)
+      if (rise[i] != T[i] - low) T[i] = low + rise[i];
+  });
+  return T;
+}
+
 }  // namespace
 
 std::vector<double> initial_temperatures(const Case& c, const Cloud& cloud) {
@@ -119,7 +141,7 @@ std::vector<double> initial_temperatures(const Case& c, const Cloud& cloud) {
           "temperature",
           fmt::format("the temperature at the start depends on {}", f.depends_on_time() ? "time" : "temperature"),
           "use place only: x, y, z, r");
-    collective_try(cloud.comm, [&] { f.evaluate({.x = cloud.owned_points()}, T); });
+    T = from_function(f, cloud);
   } else {
     std::string path = table.file(given[0]);
     if (given[0] == "result") path = (std::filesystem::path(path) / "final.csv").string();
@@ -133,12 +155,15 @@ void declare_initial(Schema& schema) {
       {.path = "initial",
        .sentence = "The temperature at the start: one of these. A case with [steady] does without and then starts from "
                    "the mean of the temperatures at its walls.",
-       .keys = {{"temperature", Kind::function, "K", optional, "A number or a function of place."},
-                {"csv", Kind::text, "", optional,
-                 "File with a column T [K] and either x [m], y [m], z [m] (as many as the body has dimensions) or id, "
-                 "the point's number from 0."},
-                {"result", Kind::text, "", optional,
-                 "Result folder of another run with the same cloud: its temperatures at the end."}}});
+       .keys = {
+           {"temperature", Kind::function, "K", optional,
+            "A number or a function of place; where it jumps within the cell of a point, the point takes its mean over "
+            "the cell."},
+           {"csv", Kind::text, "", optional,
+            "File with a column T [K] and either x [m], y [m], z [m] (as many as the body has dimensions) or id, "
+            "the point's number from 0."},
+           {"result", Kind::text, "", optional,
+            "Result folder of another run with the same cloud: its temperatures at the end."}}});
 }
 
 }  // namespace calor

@@ -32,10 +32,17 @@ double positive(const Table& table, const std::string& key, const std::string& u
   return value;
 }
 
-double power_of(const Table& table) {
-  const double power = table.number("power");
+double positive_power(const Table& table, double power) {
   if (power < 0) table.refuse("power", fmt::format("a power of {:g} W is negative", power), "give a positive one");
   return power;
+}
+double power_of_pass(const Table& pass) { return positive_power(pass, pass.number("power")); }
+double power_of(const Table& source) {
+  const Function power = source.function("power");
+  if (!power.is_constant())
+    source.refuse("power", "the power of a moving source is a number",
+                  "let it change from pass to pass, or give a column 'power' to the file of the path");
+  return positive_power(source, power());
 }
 
 std::vector<Path::Segment> read_passes(const Table& source, const std::vector<Table>& passes, int dimension) {
@@ -55,7 +62,7 @@ std::vector<Path::Segment> read_passes(const Table& source, const std::vector<Ta
     if (!place) pass.refuse("", "the first pass does not say where it begins", "add from = [...]");
     if (!pass.has("power") && !source.has("power"))
       source.refuse("", fmt::format("[{}] has no power", source.path()), "add power = \"2 kW\"");
-    const double power = power_of(pass.has("power") ? pass : source);
+    const double power = pass.has("power") ? power_of_pass(pass) : power_of(source);
     const auto go = [&](double duration, const Vec3& to) {
       segments.push_back({t, t + duration, *place, to, power, power});
       t += duration, place = to;
@@ -209,7 +216,8 @@ void declare_paths(Schema& schema) {
       {.path = "source.*",
        .sentence = "Power and place of a concentrated source: at rest ('at'), along passes or by a file.",
        .keys = {
-           {"power", Kind::quantity, "W", optional, "Power of the whole source, before the efficiency."},
+           {"power", Kind::function, "W", optional,
+            "Power of the whole source, before the efficiency; of a source that does not move it may depend on time."},
            {"efficiency", Kind::number, "", "1", "Part of the power that reaches the body, above 0 to 1."},
            {"half", Kind::flag, "", "false",
             "The body is one half of a symmetric one and the source moves on the cut: half of the power goes in."},
