@@ -168,13 +168,20 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   LatticeIndex i = lattice.index(mine.begin);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
     double v = box.section, full = box.section, spacing = 0;
+    Vec3 metric;
     for (int a = 0; a < D; ++a) {
       v *= lattice.width(a, i[a]);
       full *= lattice.full_width(a, i[a]);
-      spacing = std::max(spacing, lattice.spacing(a, i[a]));
+      metric[a] = lattice.spacing(a, i[a]);
+      spacing = std::max(spacing, metric[a]);
     }
     if (!volume.empty()) v = box.section * volume[id - mine.begin];
-    out.points.push_back({.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing});
+    out.points.push_back({.id = id,
+                          .x = lattice.position(i),
+                          .volume = v,
+                          .full_volume = full,
+                          .spacing = spacing,
+                          .metric = metric});
     for (int a = 0; a < D; ++a) {
       Vec3 normal;
       if (lattice.lowest(i, a)) normal[a] = -1, out.add_patch(2 * a, box.section * lattice.wall_area(i, a), normal);
