@@ -29,7 +29,8 @@ Cells::Cells(std::span<const Vec3> x, const Vec3& asked) {
     for (int a = 0; a < 3; ++a) n[a] = std::floor((b.high[a] - b.low[a]) / size[a] + 0.5) + 1;
     if (n[0] * n[1] * n[2] <= most) break;
   }
-  for (int a = 0; a < 3; ++a) along_[a] = static_cast<std::int64_t>(n[a]), last_[a] = n[a] - 1, inverse_[a] = 1 / size[a];
+  for (int a = 0; a < 3; ++a)
+    along_[a] = static_cast<std::int64_t>(n[a]), last_[a] = n[a] - 1, inverse_[a] = 1 / size[a];
 }
 
 CellOrder order_by_cells(const Cells& cells, std::span<const Vec3> x, std::span<const std::int32_t> first) {

@@ -37,8 +37,8 @@ class Halo {
   std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
 };
 
-/// How far a point sees, in spacings and in metres: the sum of both. As the spacing has a value along every axis, so has
-/// the radius: the support is an ellipsoid with the axes of the cloud.
+/// How far a point sees, in spacings and in metres: the sum of both. As the spacing has a value along every axis, so
+/// has the radius: the support is an ellipsoid with the axes of the cloud.
 struct Support {
   double over_spacing = 0, length = 0;
 
@@ -70,11 +70,11 @@ struct Cloud {
   std::int64_t first = 0, count = 0;  ///< global number of the first owned point; points on all ranks
 
   // One entry per local point, ghosts included.
-  std::vector<std::int64_t> id;         ///< place in the input order, from 0
-  std::vector<std::int64_t> global;     ///< number in the distributed order
-  std::vector<Vec3> x;                  ///< m
-  std::vector<double> volume;           ///< true volume inside the body, m^3
-  std::vector<double> full_volume;      ///< volume of the uncut cell, m^3
+  std::vector<std::int64_t> id;      ///< place in the input order, from 0
+  std::vector<std::int64_t> global;  ///< number in the distributed order
+  std::vector<Vec3> x;               ///< m
+  std::vector<double> volume;        ///< true volume inside the body, m^3
+  std::vector<double> full_volume;   ///< volume of the uncut cell, m^3
   /// Local spacing s_i along every axis, m; along axes that the body does not have, the largest of the others. Lengths
   /// around a point are measured in it, so that points much flatter than wide have neighbours as cubes have.
   std::vector<Vec3> metric;

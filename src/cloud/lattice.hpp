@@ -23,6 +23,7 @@ class Lattice {
   /// Interval of an axis that is not graded, m; the mean of one that is.
   double dx(int axis) const { return dx_[axis]; }
   double largest_dx() const;
+  double least_dx() const;
   bool graded(int axis) const { return !box_.coordinates[axis].empty(); }
   bool graded() const { return graded(0) || graded(1) || graded(2); }
   /// Largest distance to a neighbour along an axis of the regular lattice, m.

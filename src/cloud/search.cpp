@@ -22,7 +22,9 @@ Search::Search(const Cloud& cloud, const Support& support)
     metric_.reserve(n);
   id_.reserve(n), local_.reserve(n);
   std::map<std::array<int, 3>, std::vector<std::int32_t>> members;
-  const auto octave = [&](const Vec3& s, int a) { return s[a] > 0.5 * largest_[a] ? 0 : std::ilogb(largest_[a] / s[a]); };
+  const auto octave = [&](const Vec3& s, int a) {
+    return s[a] > 0.5 * largest_[a] ? 0 : std::ilogb(largest_[a] / s[a]);
+  };
   for (std::size_t i = 0; i < n; ++i) {
     const Vec3& s = cloud.metric[i];
     members[{octave(s, 0), octave(s, 1), octave(s, 2)}].push_back(static_cast<std::int32_t>(i));

@@ -4,8 +4,8 @@
 #include <cmath>
 
 #include "cloud/convex_cell.hpp"
+#include "cloud/lattice.hpp"
 #include "cloud/neighbours.hpp"
-#include "conduction/faces.hpp"
 
 namespace calor {
 
@@ -17,20 +17,20 @@ struct Moments {
 };
 
 Moments moments_of_box(const Cloud& cloud, int i) {
+  const LatticeIndex at = cloud.lattice->index(cloud.id[i]);
   Moments m;
   for (int a = 0; a < cloud.dimension; ++a) {
-    const CellExtent e = extent(cloud, i, a);
-    m.centroid[a] = 0.5 * (e.low + e.high);
-    m.covariance(a, a) = (e.high - e.low) * (e.high - e.low) / 12;
+    const auto [low, high] = cloud.lattice->cell(a, at[a]);
+    m.centroid[a] = 0.5 * (low + high);
+    m.covariance(a, a) = (high - low) * (high - low) / 12;
   }
   return m;
 }
 
-/// Moments of the part of a box of one spacing around point i that is its cell.
+/// Moments of the part of a box of one spacing to all sides around point i that is its cell.
 Moments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Facet> facets,
                            ConvexCell& cell) {
-  const double d = cloud.spacing[i];
-  cell.set({-d, -d, -d}, {d, d, d}, cloud.dimension);
+  cell.set(-cloud.metric[i], cloud.metric[i], cloud.dimension);
   for (const Facet& p : facets) cell.cut(p.normal, 0);
   for (const int j : neighbours.of(i)) cell.keep_nearer_than(cloud.x[j] - cloud.x[i]);
   const ConvexCell::Moments integral = cell.moments();
@@ -62,14 +62,14 @@ CellQuadrature one_point(const Cloud& cloud) {
 
 CellQuadrature gauss_points(const Cloud& cloud) {
   const int D = cloud.dimension, corners = 1 << D;
-  const Neighbours neighbours = cloud.box_lattice ? Neighbours{} : find_neighbours(cloud, 2);
+  const Neighbours neighbours = cloud.lattice ? Neighbours{} : find_neighbours(cloud, 2);
   CellQuadrature points;
   ConvexCell cell;
   auto facet = cloud.facets.begin();
   for (int i = 0; i < cloud.owned; ++i) {
     const auto first = facet;
     while (facet != cloud.facets.end() && facet->point == i) ++facet;
-    const Moments m = cloud.box_lattice
+    const Moments m = cloud.lattice
                           ? moments_of_box(cloud, i)
                           : moments_of_nearest(cloud, neighbours, i, std::span<const Facet>(first, facet), cell);
     const Eigen::Matrix3d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m.covariance).operatorSqrt();
