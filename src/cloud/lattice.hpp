@@ -57,8 +57,9 @@ class Lattice {
 /// Three numbers, uniform in [0, 1), from the seed and a counter alone.
 Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter);
 
-/// Volume of the part of the box that is nearer to point id of `mine` than to any other, in m^dimension; over all
-/// points they add up to the box. Exact: sampled volumes would leave an error that does not fall with the spacing.
+/// Volume of the part of the box that is nearer, in spacings, to point id of `mine` than to any other, in m^dimension;
+/// over all points they add up to the box. Exact: sampled volumes would leave an error that does not fall with the
+/// spacing.
 std::vector<double> nearest_point_volumes(const Lattice& lattice, const Slice& mine);
 
 }  // namespace calor

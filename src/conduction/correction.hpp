@@ -32,6 +32,8 @@ struct CorrectionReport {
   double change = 0;          ///< max |G/g - 1| of the first lambda solve
   std::int64_t negative = 0;  ///< directed pairs with G < 0 that remain
   double most_negative = 0;   ///< min G / mean |G|, 0 when none
+  double negative_share = 0;  ///< sum of |G| |x_ji|^2 over the negative weights, over that of all
+  double moment_error = 0;    ///< (M) at points inside the body: root mean square, of the axis where it is largest
   std::int64_t pairs = 0;     ///< directed pairs
 };
 
@@ -45,6 +47,10 @@ double cell_size(const Cloud& cloud, int i, int j);
 
 /// Adds the numbers that report.json shows, by name.
 void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report);
+
+/// Refuses weights that are far from conducting alike in all directions, as on clouds of flat points that lie in no
+/// lines: no weights of pairs suit them. Throws Error(bad_case) with the numbers, on all ranks alike.
+void require_sound(const CorrectionReport& done);
 
 /// Base weights g (directed, symmetric to the last bit, true volumes); called only where they are needed.
 using BaseWeights = std::function<std::vector<double>()>;

@@ -99,6 +99,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
 
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
+  require_sound(done);
   auto discretisation = with_cracks(c, cloud, conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
   return discretisation;
