@@ -55,6 +55,9 @@ int check_case(const Case& c, MPI_Comm comm) {
                      powers[n].deposited, powers[n].asked));
   if (model.weights.contains("weight_residual"))
     line("weights", fmt::format("residual {:.1e}", model.weights.at("weight_residual")));
+  if (model.weights.contains("moment_error"))
+    line("second moments", fmt::format("off by {:.2g} along an axis; share of negative weights {:.2g}",
+                                       model.weights.at("moment_error"), model.weights.at("negative_share")));
   if (bound > 0) line("explicit step", fmt::format("stable up to {:.4g} s (Gershgorin)", 2 / bound));
   // An explicit step streams 8 + 4 bytes a pair and some 30 arrays of the size of the cloud.
   line("memory", fmt::format("about {:.3g} MB", (12 * pairs + 240. * static_cast<double>(cloud.count)) / 1e6));

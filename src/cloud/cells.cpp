@@ -18,18 +18,19 @@ Bounds bounds_of(std::span<const Vec3> x) {
   return b;
 }
 
-Cells::Cells(std::span<const Vec3> x, double size) {
+Cells::Cells(std::span<const Vec3> x, const Vec3& asked) {
   if (x.empty()) return;
   const Bounds b = bounds_of(x);
   low_ = b.low;
   const double most = 4.0 * static_cast<double>(x.size()) + 64;
   std::array<double, 3> n;
+  Vec3 size = asked;
   for (;; size *= 1.2) {
-    for (int a = 0; a < 3; ++a) n[a] = std::floor((b.high[a] - b.low[a]) / size + 0.5) + 1;
+    for (int a = 0; a < 3; ++a) n[a] = std::floor((b.high[a] - b.low[a]) / size[a] + 0.5) + 1;
     if (n[0] * n[1] * n[2] <= most) break;
   }
-  inverse_ = 1 / size;
-  for (int a = 0; a < 3; ++a) along_[a] = static_cast<std::int64_t>(n[a]), last_[a] = n[a] - 1;
+  for (int a = 0; a < 3; ++a)
+    along_[a] = static_cast<std::int64_t>(n[a]), last_[a] = n[a] - 1, inverse_[a] = 1 / size[a];
 }
 
 CellOrder order_by_cells(const Cells& cells, std::span<const Vec3> x, std::span<const std::int32_t> first) {

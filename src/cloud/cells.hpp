@@ -19,14 +19,16 @@ Bounds bounds_of(std::span<const Vec3> x);
 class Cells {
  public:
   /// Covers the points with cells of about `size`, enlarged where that would make many more cells than points.
-  Cells(std::span<const Vec3> x, double size);
+  Cells(std::span<const Vec3> x, double size) : Cells(x, Vec3{size, size, size}) {}
+  /// The same with a size along every axis.
+  Cells(std::span<const Vec3> x, const Vec3& size);
 
   /// Cells along an axis.
   std::int64_t along(int axis) const { return along_[axis]; }
   std::int64_t count() const { return along_[0] * along_[1] * along_[2]; }
   /// Index along one axis, limited to the grid; never decreases with the coordinate.
   std::int64_t index(int axis, double coordinate) const {
-    const double c = (coordinate - low_[axis]) * inverse_ + 0.5;
+    const double c = (coordinate - low_[axis]) * inverse_[axis] + 0.5;
     return c <= 0 ? 0 : c >= last_[axis] ? along_[axis] - 1 : static_cast<std::int64_t>(c);
   }
   std::int64_t cell(const Vec3& x) const {
@@ -34,8 +36,7 @@ class Cells {
   }
 
  private:
-  Vec3 low_;
-  double inverse_ = 1;
+  Vec3 low_, inverse_ = {1, 1, 1};
   std::array<std::int64_t, 3> along_ = {1, 1, 1};
   std::array<double, 3> last_ = {0, 0, 0};
 };

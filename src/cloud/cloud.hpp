@@ -38,13 +38,15 @@ class Halo {
   std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
 };
 
-/// How far a point sees, in spacings and in metres: the sum of both.
+/// How far a point sees, in spacings and in metres: the sum of both. As the spacing has a value along every axis, so
+/// has the radius: the support is an ellipsoid with the axes of the cloud.
 struct Support {
   double over_spacing = 0, length = 0;
 
   Support() = default;
   Support(double over_spacing, double length = 0) : over_spacing(over_spacing), length(length) {}
   double radius(double spacing) const { return over_spacing * spacing + length; }
+  Vec3 radius(const Vec3& metric) const { return {radius(metric.x), radius(metric.y), radius(metric.z)}; }
 };
 
 /// A piece of the surface that belongs to one owned point and one face.
@@ -69,12 +71,15 @@ struct Cloud {
   std::int64_t first = 0, count = 0;  ///< global number of the first owned point; points on all ranks
 
   // One entry per local point, ghosts included.
-  std::vector<std::int64_t> id;         ///< place in the input order, from 0
-  std::vector<std::int64_t> global;     ///< number in the distributed order
-  std::vector<Vec3> x;                  ///< m
-  std::vector<double> volume;           ///< true volume inside the body, m^3
-  std::vector<double> full_volume;      ///< volume of the uncut cell, m^3
-  std::vector<double> spacing;          ///< local spacing d_i, m
+  std::vector<std::int64_t> id;      ///< place in the input order, from 0
+  std::vector<std::int64_t> global;  ///< number in the distributed order
+  std::vector<Vec3> x;               ///< m
+  std::vector<double> volume;        ///< true volume inside the body, m^3
+  std::vector<double> full_volume;   ///< volume of the uncut cell, m^3
+  /// Local spacing s_i along every axis, m; along axes that the body does not have, the largest of the others. Lengths
+  /// around a point are measured in it, so that points much flatter than wide have neighbours as cubes have.
+  std::vector<Vec3> metric;
+  std::vector<double> spacing;          ///< the largest component of the metric, d_i, m
   std::vector<Vec3> area;               ///< outward boundary area vector A_i, m^2; 0 inside
   std::vector<std::uint32_t> on_faces;  ///< bit f: the point lies on faces[f]
   std::vector<int> tag;                 ///< index into tags
@@ -87,18 +92,22 @@ struct Cloud {
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
   std::shared_ptr<const RingLattice> rings;  ///< of points that are those of concentric rings, by their id; or null
   bool box_lattice = false;                  ///< unjittered box lattice with equal spacing along every axis
+  bool isotropic = true;                     ///< the metric of every point has one value
   bool nearest_volumes =
       true;  ///< volumes are those of the nearest point; false: sectors of rings, which only resemble them
   bool points_on_walls = true;  ///< false: cell-centred
   bool has_areas = true;        ///< false: a bare CSV without boundary areas
   ExactBody exact;
   Halo halo;
-  /// Every point j within halo_width (m) and halo_support.radius((d_i + d_j) / 2) of an owned point i is local.
+  /// Every point j within halo_width (m) and the ellipsoid halo_support.radius((s_i + s_j) / 2) around an owned point i
+  /// is local.
   double halo_width = 0;
   Support halo_support;
 
   int local() const { return static_cast<int>(x.size()); }
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }
+  /// The metric of a pair: the same bits for (i, j) and (j, i).
+  Vec3 mean_metric(int i, int j) const { return 0.5 * (metric[i] + metric[j]); }
 };
 
 /// sum V against the exact volume, sum A = 0 and sum x cross A = 0. Collective.

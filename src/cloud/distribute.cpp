@@ -65,6 +65,17 @@ void send_to_blocks(MPI_Comm comm, Points& points) {
   points.facets = exchange(comm, packed_patches, patch_count);
 }
 
+/// Spacings along the axes that the body does not have; those that differ by rounding alone become one.
+void complete_metric(std::vector<Point>& points, int dimension) {
+  for (Point& p : points) {
+    if (p.metric == Vec3{}) p.metric = {p.spacing, p.spacing, p.spacing};
+    p.spacing = 0;
+    for (int a = 0; a < dimension; ++a) p.spacing = std::max(p.spacing, p.metric[a]);
+    for (int a = 0; a < 3; ++a)
+      if (a >= dimension || p.spacing - p.metric[a] <= 1e-9 * p.spacing) p.metric[a] = p.spacing;
+  }
+}
+
 /// Moves this rank's points into the arrays of the cloud, in the order of cells of one (mean) spacing.
 void fill_owned(Cloud& cloud, Points& points) {
   const std::vector<Point>& p = points.points;
@@ -73,9 +84,9 @@ void fill_owned(Cloud& cloud, Points& points) {
   std::iota(by_id.begin(), by_id.end(), 0);
   if (!std::ranges::is_sorted(p, {}, &Point::id)) std::ranges::sort(by_id, {}, [&](std::int32_t i) { return p[i].id; });
   std::vector<Vec3> x(n);
-  double spacing = 0;
-  for (std::size_t i = 0; i < n; ++i) x[i] = p[i].x, spacing += p[i].spacing;
-  const Cells cells(x, n > 0 ? spacing / static_cast<double>(n) : 1);
+  Vec3 sum;
+  for (std::size_t i = 0; i < n; ++i) x[i] = p[i].x, sum += p[i].metric;
+  const Cells cells(x, (1 / static_cast<double>(std::max<std::size_t>(1, n))) * sum);
   const std::vector<std::int32_t> order = order_by_cells(cells, x, by_id).order;
   by_id = {};
   x = {};
@@ -92,6 +103,7 @@ void fill_owned(Cloud& cloud, Points& points) {
   fill(cloud.x, &Point::x);
   fill(cloud.volume, &Point::volume);
   fill(cloud.full_volume, &Point::full_volume);
+  fill(cloud.metric, &Point::metric);
   fill(cloud.spacing, &Point::spacing);
   fill(cloud.area, &Point::area);
   fill(cloud.on_faces, &Point::on_faces);
@@ -112,51 +124,54 @@ struct Ghost {
   std::int64_t id, global;
   Vec3 x;
   double volume, full_volume, spacing;
-  Vec3 area;
+  Vec3 metric, area;
   std::uint32_t on_faces;
   int tag;
 };
 
-double square_distance(const Vec3& x, const Bounds& box) {
+/// Square of the distance over `reach`, axis by axis.
+double square_distance(const Vec3& x, const Bounds& box, const Vec3& reach) {
   double square = 0;
   for (int a = 0; a < 3; ++a) {
-    const double d = std::max({0.0, box.low[a] - x[a], x[a] - box.high[a]});
+    const double d = std::max({0.0, box.low[a] - x[a], x[a] - box.high[a]}) / reach[a];
     square += d * d;
   }
   return square;
 }
 
-/// The block of a rank and the largest spacing in it.
+/// The block of a rank and the largest spacings in it.
 struct Block {
   Bounds box;
-  double spacing = 0;
+  Vec3 metric = {};
 };
 
 void add_ghosts(Cloud& cloud) {
   const int ranks = size_of(cloud.comm), rank = rank_of(cloud.comm);
   if (ranks == 1) return;
   Block mine{.box = bounds_of(cloud.owned_points())};
-  for (double d : cloud.spacing) mine.spacing = std::max(mine.spacing, d);
+  for (const Vec3& s : cloud.metric)
+    for (int a = 0; a < 3; ++a) mine.metric[a] = std::max(mine.metric[a], s[a]);
   const std::vector<Block> blocks = gather(cloud.comm, std::vector{mine});
   // Rounding must not lose a point at exactly the support.
-  const auto reach = [&](double d_i, double d_j) {
-    return std::min(cloud.halo_width, cloud.halo_support.radius(0.5 * (d_i + d_j))) * (1 + 1e-9);
+  const auto reach = [&](const Vec3& s_i, const Vec3& s_j) {
+    Vec3 r = cloud.halo_support.radius(0.5 * (s_i + s_j));
+    for (int a = 0; a < 3; ++a) r[a] = std::min(cloud.halo_width, r[a]) * (1 + 1e-9);
+    return r;
   };
   std::vector<Ghost> packed;
   std::vector<int> counts(ranks, 0);
   for (int r = 0; r < ranks; ++r) {
-    const auto& [box, spacing] = blocks[r];
-    const double most = reach(mine.spacing, spacing);
+    const auto& [box, metric] = blocks[r];
+    const Vec3 most = reach(mine.metric, metric);
     bool far = r == rank;
     for (int a = 0; a < 3; ++a)
-      far = far || !(mine.box.low[a] <= box.high[a] + most && mine.box.high[a] >= box.low[a] - most);
+      far = far || !(mine.box.low[a] <= box.high[a] + most[a] && mine.box.high[a] >= box.low[a] - most[a]);
     if (far) continue;
     const std::size_t before = packed.size();
     for (int i = 0; i < cloud.owned; ++i) {
-      const double near = reach(cloud.spacing[i], spacing);
-      if (square_distance(cloud.x[i], box) > near * near) continue;
+      if (square_distance(cloud.x[i], box, reach(cloud.metric[i], metric)) > 1) continue;
       packed.push_back({cloud.id[i], cloud.global[i], cloud.x[i], cloud.volume[i], cloud.full_volume[i],
-                        cloud.spacing[i], cloud.area[i], cloud.on_faces[i], cloud.tag[i]});
+                        cloud.spacing[i], cloud.metric[i], cloud.area[i], cloud.on_faces[i], cloud.tag[i]});
     }
     counts[r] = static_cast<int>(packed.size() - before);
   }
@@ -167,7 +182,7 @@ void add_ghosts(Cloud& cloud) {
     const Search search(cloud, {(1 + 2e-9) * cloud.halo_support.over_spacing, (1 + 2e-9) * cloud.halo_support.length});
     std::vector<std::int32_t> buffer;
     int coincident = 0;
-    std::erase_if(ghosts, [&](const Ghost& g) { return search.find(g.x, g.spacing, buffer, coincident).empty(); });
+    std::erase_if(ghosts, [&](const Ghost& g) { return search.find(g.x, g.metric, buffer, coincident).empty(); });
   }
   for (const Ghost& g : ghosts) {
     cloud.id.push_back(g.id);
@@ -175,6 +190,7 @@ void add_ghosts(Cloud& cloud) {
     cloud.x.push_back(g.x);
     cloud.volume.push_back(g.volume);
     cloud.full_volume.push_back(g.full_volume);
+    cloud.metric.push_back(g.metric);
     cloud.spacing.push_back(g.spacing);
     cloud.area.push_back(g.area);
     cloud.on_faces.push_back(g.on_faces);
@@ -199,6 +215,9 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.points_on_walls = points.points_on_walls;
   cloud.has_areas = points.has_areas;
   cloud.exact = points.exact;
+  complete_metric(points.points, cloud.dimension);
+  const auto is_isotropic = [](const Point& p) { return p.metric == Vec3{p.spacing, p.spacing, p.spacing}; };
+  cloud.isotropic = !any(comm, !std::ranges::all_of(points.points, is_isotropic));
   send_to_blocks(comm, points);
   fill_owned(cloud, points);
   cloud.halo_width = width;

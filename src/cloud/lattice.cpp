@@ -25,6 +25,8 @@ LatticeIndex Lattice::index(std::int64_t id) const {
 
 double Lattice::largest_dx() const { return *std::max_element(dx_.begin(), dx_.begin() + box_.dimension); }
 
+double Lattice::least_dx() const { return *std::min_element(dx_.begin(), dx_.begin() + box_.dimension); }
+
 double Lattice::spacing(int axis, std::int64_t i) const {
   if (!graded(axis)) return dx_[axis];
   const double below = i > 0 ? coordinate(axis, i) - coordinate(axis, i - 1) : 0;
@@ -149,15 +151,13 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   out.section = box.section;
   out.points_on_walls = box.on_walls;
   out.exact.volume = box.section;
-  double least = lattice.dx(0);
   for (int a = 0; a < D; ++a) {
     const std::string axis(1, "xyz"[a]);
     out.faces.insert(out.faces.end(), {axis + "min", axis + "max"});
     out.walls.insert(out.walls.end(), {box.origin[a], box.origin[a] + box.size[a]});
     out.exact.volume *= box.size[a];
-    least = std::min(least, lattice.dx(a));
   }
-  const double most = lattice.largest_dx();
+  const double most = lattice.largest_dx(), least = lattice.least_dx();
   if (box.jitter == 0) out.lattice = std::make_shared<const Lattice>(lattice);
   out.box_lattice = box.jitter == 0 && !lattice.graded() && most - least <= 1e-9 * most;
 
@@ -168,13 +168,16 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   LatticeIndex i = lattice.index(mine.begin);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
     double v = box.section, full = box.section, spacing = 0;
+    Vec3 metric;
     for (int a = 0; a < D; ++a) {
       v *= lattice.width(a, i[a]);
       full *= lattice.full_width(a, i[a]);
-      spacing = std::max(spacing, lattice.spacing(a, i[a]));
+      metric[a] = lattice.spacing(a, i[a]);
+      spacing = std::max(spacing, metric[a]);
     }
     if (!volume.empty()) v = box.section * volume[id - mine.begin];
-    out.points.push_back({.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing});
+    out.points.push_back(
+        {.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing, .metric = metric});
     for (int a = 0; a < D; ++a) {
       Vec3 normal;
       if (lattice.lowest(i, a)) normal[a] = -1, out.add_patch(2 * a, box.section * lattice.wall_area(i, a), normal);

@@ -23,6 +23,7 @@ class Lattice {
   /// Interval of an axis that is not graded, m; the mean of one that is.
   double dx(int axis) const { return dx_[axis]; }
   double largest_dx() const;
+  double least_dx() const;
   bool graded(int axis) const { return !box_.coordinates[axis].empty(); }
   bool graded() const { return graded(0) || graded(1) || graded(2); }
   /// Largest distance to a neighbour along an axis of the regular lattice, m.
@@ -56,8 +57,9 @@ class Lattice {
 /// Three numbers, uniform in [0, 1), from the seed and a counter alone.
 Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter);
 
-/// Volume of the part of the box that is nearer to point id of `mine` than to any other, in m^dimension; over all
-/// points they add up to the box. Exact: sampled volumes would leave an error that does not fall with the spacing.
+/// Volume of the part of the box that is nearer, in spacings, to point id of `mine` than to any other, in m^dimension;
+/// over all points they add up to the box. Exact: sampled volumes would leave an error that does not fall with the
+/// spacing.
 std::vector<double> nearest_point_volumes(const Lattice& lattice, const Slice& mine);
 
 }  // namespace calor

@@ -33,14 +33,15 @@ std::string point_text(const Cloud& cloud, int i) {
 /// Do the ghosts reach as far as the support?
 bool covers(const Cloud& cloud, const Search& search, const Support& support) {
   if (cloud.spacing.empty()) return true;
-  if (search.largest_reach() > cloud.halo_width) return false;
+  const Vec3 reach = search.largest_reach();
+  if (std::max({reach.x, reach.y, reach.z}) > cloud.halo_width) return false;
   const auto [least, most] = std::ranges::minmax(cloud.spacing);
   const auto within = [&](double d) { return support.radius(d) <= cloud.halo_support.radius(d) * (1 + 1e-9); };
   return within(least) && within(most);
 }
 
 /// Images across both of two opposite walls must not be within reach of a point.
-void refuse_images_of_images(const Cloud& cloud, double reach, std::uint32_t mirrored_faces) {
+void refuse_images_of_images(const Cloud& cloud, const Vec3& reach_here, std::uint32_t mirrored_faces) {
   for (std::size_t f = 0; f < cloud.walls.size(); f += 2) {
     if ((mirrored_faces >> f & 3) != 3) continue;
     const double thickness = cloud.walls[f + 1] - cloud.walls[f];
@@ -49,6 +50,7 @@ void refuse_images_of_images(const Cloud& cloud, double reach, std::uint32_t mir
       const double x = cloud.x[i][static_cast<int>(f / 2)];
       gap = std::min({gap, x - cloud.walls[f], cloud.walls[f + 1] - x});
     }
+    const double reach = max(cloud.comm, reach_here[static_cast<int>(f / 2)]);
     if (thickness + 2 * min(cloud.comm, gap) >= reach) continue;
     throw Error(Fault::bad_case,
                 fmt::format("the body is {:.6g} m thick between {} and {}, less than the {:.6g} m that a point sees",
@@ -60,14 +62,14 @@ void refuse_images_of_images(const Cloud& cloud, double reach, std::uint32_t mir
 /// Adds the images within reach of point i: those of the points within reach of its own images.
 void add_images(const Cloud& cloud, const Search& search, const Bounds& body, std::span<const std::uint32_t> sets,
                 int i, std::vector<std::int32_t>& buffer, Neighbours& out) {
-  const double reach = search.largest_reach();
+  const Vec3 reach = search.largest_reach();
   for (const std::uint32_t set : sets) {
     const Vec3 x = out.mirrors[set].point(cloud.x[i]);
     bool far = false;
-    for (int a = 0; a < 3; ++a) far = far || x[a] < body.low[a] - reach || x[a] > body.high[a] + reach;
+    for (int a = 0; a < 3; ++a) far = far || x[a] < body.low[a] - reach[a] || x[a] > body.high[a] + reach[a];
     if (far) continue;
     int coincident = 0;
-    for (const std::int32_t k : search.find(x, cloud.spacing[i], buffer, coincident)) {
+    for (const std::int32_t k : search.find(x, cloud.metric[i], buffer, coincident)) {
       out.column.push_back(search.local(k));
       out.image.push_back(static_cast<std::uint8_t>(set));
     }
@@ -86,7 +88,7 @@ std::vector<std::uint32_t> image_sets(std::uint32_t mirrored_faces) {
 
 Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint32_t mirrored_faces) {
   const Search search(cloud, support);
-  refuse_images_of_images(cloud, max(cloud.comm, search.largest_reach()), mirrored_faces);
+  refuse_images_of_images(cloud, search.largest_reach(), mirrored_faces);
   const std::vector<std::uint32_t> sets = image_sets(mirrored_faces);
   const Bounds body = bounds_of(cloud.x);
   Neighbours out;
@@ -103,7 +105,7 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
     std::vector<std::int32_t> buffer;
     for (int i = 0; i < cloud.owned; ++i) {
       int coincident = 0;
-      const auto found = search.find(cloud.x[i], cloud.spacing[i], buffer, coincident);
+      const auto found = search.find(cloud.x[i], cloud.metric[i], buffer, coincident);
       for (std::int32_t& k : found) k = search.local(k);
       if (coincident > 1) refuse_coincident(cloud, i, found);
       const std::size_t size = out.column.size(), needed = size + found.size();

@@ -75,10 +75,10 @@ void with_pair_vectors(const Neighbours& neighbours, std::span<const Vec3> x, co
     use(PairVectors<true>{neighbours, x.data()});
 }
 
-/// All pairs with |x_j - x_i| < support.radius((d_i + d_j) / 2) (1 - 1e-9), d the local spacing. Refuses points that
-/// coincide (closer than 1e-9 of that). With `mirrored_faces` (bit f: faces[f], of a box) images across these faces,
-/// their edges and corners count too; refuses a body so thin that images of images would be within reach. Collective;
-/// throws Error.
+/// All pairs whose x_j - x_i lies in the ellipsoid support.radius((s_i + s_j) / 2) (1 - 1e-9), s the metric of the
+/// points. Refuses points that coincide (closer than 1e-9 of that). With `mirrored_faces` (bit f: faces[f], of a box)
+/// images across these faces, their edges and corners count too; refuses a body so thin that images of images would be
+/// within reach. Collective; throws Error.
 Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint32_t mirrored_faces = 0);
 
 /// Refuses points with fewer neighbours than the body has dimensions (ends of a line: one), which cannot carry heat in

@@ -22,6 +22,7 @@ struct Point {
   Vec3 x;                                           ///< m
   double volume = 0, full_volume = 0, spacing = 0;  ///< m^3, m^3, m
   Vec3 area = {};                                   ///< outward boundary area vector A_i, m^2
+  Vec3 metric = {};                                 ///< spacing along every axis, m; zeros: `spacing`
   std::uint32_t on_faces = 0;                       ///< bit f: carries a facet of faces[f]
   int tag = 0;
   int facets = 0;  ///< how many of Points::facets are this point's
@@ -66,8 +67,8 @@ Slice slice(MPI_Comm comm, std::int64_t count);
 /// adds the points of other ranks within `support` of the block as ghosts. Refuses volumes that are not positive
 /// (coincident points: see find_neighbours). Collective; throws Error.
 Cloud distribute(MPI_Comm comm, Points points, double support);
-/// The same with the ghosts j for which an owned point i lies within support.radius((d_i + d_j) / 2): on graded clouds
-/// far fewer than within the largest support.
+/// The same with the ghosts j for which an owned point i lies within the ellipsoid support.radius((s_i + s_j) / 2): on
+/// graded clouds far fewer than within the largest support.
 Cloud distribute(MPI_Comm comm, Points points, const Support& support);
 
 /// The cloud that [cloud] asks for, with the ghosts that the support of the method needs. Collective; throws Error.

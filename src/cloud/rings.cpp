@@ -60,7 +60,8 @@ Points make_rings(MPI_Comm comm, const Rings& rings) {
                           .x = {p.x, p.y, z},
                           .volume = p.area * height,
                           .full_volume = p.full_area * dz,
-                          .spacing = solid ? std::max(lattice.dr(), dz) : lattice.dr()});
+                          .spacing = solid ? std::max(lattice.dr(), dz) : lattice.dr(),
+                          .metric = {lattice.dr(), lattice.dr(), dz}});
     if (p.arc > 0) out.add_patch(0, p.arc * height, p.arc_normal, height * p.arc_vector);
     if (lowest) out.add_patch(bottom, p.area, {0, 0, -1});
     if (highest) out.add_patch(top, p.area, {0, 0, 1});

@@ -73,7 +73,8 @@ Points make_rows(MPI_Comm comm, const Rows& rows) {
                           .x = lattice.position(row, i),
                           .volume = volume,
                           .full_volume = volume * (first || last ? 2 : 1) * (lowest || highest ? 2 : 1),
-                          .spacing = std::max({dx, below, above})});
+                          .spacing = std::max({dx, below, above}),
+                          .metric = {dx, std::max(below, above), 0}});
     // The trapezoidal rule on every wall, which gives linear functions their exact integrals.
     const double height = rows.thickness * 0.5 * (below + above);
     const double width = rows.thickness * (first || last ? 0.5 * dx : dx);

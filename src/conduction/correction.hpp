@@ -25,18 +25,32 @@ namespace calor {
 
 /// What the correction did, for the report.
 struct CorrectionReport {
-  bool lattice_shortcut = false;  ///< exact weights of a box lattice, nothing to solve
+  bool lattice_shortcut = false;  ///< weights of a lattice, nothing to solve
   int moment_iterations = 0;
   int lambda_solves = 0, lambda_iterations = 0;
-  double residual = 0;        ///< max |sum_j G_ij x_ji + A_i| / d^(D-1)
+  double residual = 0;        ///< max |sum_j G_ij x_ji + A_i| over the faces of a cell, axis by axis
   double change = 0;          ///< max |G/g - 1| of the first lambda solve
   std::int64_t negative = 0;  ///< directed pairs with G < 0 that remain
   double most_negative = 0;   ///< min G / mean |G|, 0 when none
+  double negative_share = 0;  ///< sum of |G| |x_ji|^2 over the negative weights, over that of all
+  double moment_error = 0;    ///< (M) at points inside the body: root mean square, of the axis where it is largest
   std::int64_t pairs = 0;     ///< directed pairs
 };
 
+/// Area of the faces of a whole cell across every axis, m^2, cross-section included; 0 across axes that the body does
+/// not have.
+Vec3 face_size(const Cloud& cloud, int i);
+/// |x_ji / s_ij|^2 of entry n in row i: how many spacings the points of a pair are apart, squared.
+double square_in_spacings(const Cloud& cloud, const Neighbours& neighbours, int i, std::int64_t n);
+/// Product of the spacings of a pair along the axes of the body, m^D.
+double cell_size(const Cloud& cloud, int i, int j);
+
 /// Adds the numbers that report.json shows, by name.
 void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report);
+
+/// Refuses weights that are far from conducting alike in all directions, as on clouds of flat points that lie in no
+/// lines: no weights of pairs suit them. Throws Error(bad_case) with the numbers, on all ranks alike.
+void require_sound(const CorrectionReport& done);
 
 /// Base weights g (directed, symmetric to the last bit, true volumes); called only where they are needed.
 using BaseWeights = std::function<std::vector<double>()>;
@@ -50,16 +64,27 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
                                        const BaseWeights& base_weights, std::span<const double> lattice_weights,
                                        CorrectionReport& report);
 
-/// The same on a graded box lattice, where weights are known that hold (L) and (M) exactly at every point, so that
-/// nothing is left to solve: neighbours along an axis get the face between their cells over their distance, all others
-/// none. The general way is of first order there (with a small constant): near walls the kernel sees the grading.
-/// Collective.
-std::vector<double> graded_lattice_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report);
+/// Force f = G |x_ji| that two points on a line of a lattice would exchange if it were unbounded, up to a common
+/// factor: of how many intervals apart they are, and of their distance over the mean spacing along the axis of the
+/// line.
+using LineForce = std::function<double(std::int64_t steps, double distance, double spacing)>;
+
+/// The same on unjittered box lattices of unequal spacings, graded or not: every line of points along an axis conducts
+/// as a rod of its own, with the face between its cells as cross-section; pairs that lie across get none. The forces of
+/// a line are scaled such that those of all pairs across an interval add up to 1, and what then lacks is given to the
+/// pair of neighbours. So (L) holds to round-off, no weight is negative whatever the spacings and the grading, and
+/// nothing is left to solve. Of neighbours alone, the force is 1: the face over the distance, and (M) holds too.
+/// Collective; throws Error where points next to each other along an axis are no neighbours.
+std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& neighbours, const LineForce& force,
+                                         CorrectionReport& report);
 
 // The steps, for bodies whose weights are made in another way. All are collective, take weights of directed pairs that
 // are symmetric to the last bit and leave them so.
 
-/// g_ij <- g_ij a_i a_j such that sum_j g_ij |x_ji|^2 = 2 D volume_i: Sinkhorn sweeps. `volume` of the owned points.
+/// w_ij <- w_ij a_i a_j such that sum_j w_ij = 2 D volume_i: Sinkhorn sweeps. `volume` of the owned points.
+void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume, std::span<double> w);
+
+/// g_ij <- g_ij a_i a_j such that sum_j g_ij |x_ji|^2 = 2 D volume_i, in the same way.
 void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
                   std::span<double> g);
 
@@ -71,6 +96,9 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
 /// owned points, is not zero.
 void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
                             std::span<const double> missing, std::span<double> g);
+
+/// max |R_i| over the faces of a cell, axis by axis. Collective.
+double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G);
 
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);

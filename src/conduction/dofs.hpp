@@ -14,7 +14,7 @@ namespace calor {
 struct ShapeFunctions {
   MovingLeastSquares mls;
   SupportSize size;
-  std::vector<double> R;  ///< of all local points, m
+  std::vector<double> R;  ///< of all local points, in spacings
 };
 
 /// Degrees of freedom u, one a point: the temperatures of the points, or parameters of moving least squares, which do

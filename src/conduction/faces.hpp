@@ -23,18 +23,7 @@ struct Faces {
   std::size_t size() const { return x.size(); }
 };
 
-// Unjittered box lattices.
-
-/// Low and high end of something along an axis, m.
-struct CellExtent {
-  double low, high;
-};
-
-/// The cell of local point i along an axis: half a spacing to both sides, but not through walls.
-CellExtent extent(const Cloud& cloud, int i, int axis);
-
-/// Box cells of an unjittered box lattice with points on the walls; 1 or 2 Gauss points along every edge of a face.
-/// Collective.
+/// Box cells of an unjittered box lattice; 1 or 2 Gauss points along every edge of a face. Collective.
 Faces lattice_faces(const Cloud& cloud, int gauss);
 
 /// What finding the virtual faces took, for the report.
@@ -65,7 +54,8 @@ struct Subdomains {
 };
 
 /// Circles (2D: 12 angles, 2 radii) or spheres (3D: 4 x 4 points an octant of the surface, 3 x 3 x 2 inside) of radius
-/// `radius` d_i, but never through a wall that the point does not lie on, around the points of a box. Every balance is
+/// `radius` in spacings (ellipsoids where these are unequal), but never through a wall that the point does not lie on,
+/// around the points of a box. Every balance is
 /// scaled such that the heat through its part of a wall is that through the point's boundary area; inside, such that
 /// the volumes are those of the points. They do not fill the body, so heat is not conserved to round-off. Collective;
 /// throws Error for bodies other than boxes of two or three dimensions.

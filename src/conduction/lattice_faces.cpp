@@ -2,43 +2,39 @@
 #include <cmath>
 #include <utility>
 
+#include "cloud/lattice.hpp"
 #include "conduction/faces.hpp"
 
 namespace calor {
 
-CellExtent extent(const Cloud& cloud, int i, int axis) {
-  const double x = cloud.x[i][axis], half = 0.5 * cloud.spacing[i];
-  CellExtent e{x - half, x + half};
-  for (std::size_t f = 0; f < cloud.faces.size(); ++f) {
-    if (!(cloud.on_faces[i] >> f & 1) || cloud.faces[f][0] - 'x' != axis) continue;
-    (cloud.faces[f].ends_with("min") ? e.low : e.high) = x;
-  }
-  return e;
-}
-
 Faces lattice_faces(const Cloud& cloud, int gauss) {
   const int D = cloud.dimension;
+  const Lattice& lattice = *cloud.lattice;
   const Neighbours neighbours = find_neighbours(cloud, 1.1);
   Faces faces;
   for (int i = 0; i < cloud.owned; ++i) {
     for (const int j : neighbours.of(i)) {
       if (j < cloud.owned && cloud.id[j] < cloud.id[i]) continue;
       const auto [a, b] = cloud.id[i] < cloud.id[j] ? std::pair(i, j) : std::pair(j, i);
-      const Vec3 r = cloud.x[b] - cloud.x[a];
+      const LatticeIndex at = lattice.index(cloud.id[a]), next = lattice.index(cloud.id[b]);
       int axis = 0;
-      for (int c = 1; c < D; ++c)
-        if (std::abs(r[c]) > std::abs(r[axis])) axis = c;
-      Vec3 x = 0.5 * (cloud.x[a] + cloud.x[b]), area;
-      area[axis] = std::copysign(cloud.cross_section, r[axis]);
+      for (int c = 0; c < D; ++c)
+        if (next[c] != at[c]) axis = c;
+      LatticeIndex beside = at;
+      ++beside[axis];
+      if (next != beside) continue;
+      Vec3 x, area;
+      x[axis] = lattice.cell(axis, at[axis]).second;
+      area[axis] = cloud.cross_section;
       std::array<int, 2> across = {};  // the axes of the face
       std::array<double, 2> off = {};  // of the Gauss points from its middle
       int axes = 0, points = 1;
       for (int c = 0; c < D; ++c) {
         if (c == axis) continue;
-        const CellExtent e = extent(cloud, a, c);
-        area *= (e.high - e.low) / gauss;
-        x[c] = 0.5 * (e.low + e.high);
-        off[axes] = gauss == 1 ? 0 : 0.5 * (e.high - e.low) / std::sqrt(3.0);
+        const auto [low, high] = lattice.cell(c, at[c]);
+        area *= (high - low) / gauss;
+        x[c] = 0.5 * (low + high);
+        off[axes] = gauss == 1 ? 0 : 0.5 * (high - low) / std::sqrt(3.0);
         across[axes++] = c;
         points *= gauss;
       }

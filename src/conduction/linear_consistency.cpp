@@ -56,12 +56,27 @@ void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::sp
   for (std::size_t i = 0; i < points.size(); ++i) R[i] -= shift + cross(turn, points[i] - centre);
 }
 
+/// Least of the largest faces across the axes over that across each axis: 1 on clouds of one spacing.
+Vec3 over_faces(const Cloud& cloud) {
+  Vec3 face, unit{1, 1, 1};
+  for (int i = 0; i < cloud.owned; ++i)
+    for (int a = 0; a < 3; ++a) face[a] = std::max(face[a], face_size(cloud, i)[a]);
+  for (int a = 0; a < 3; ++a) face[a] = max(cloud.comm, face[a]);
+  double least = face.x;
+  for (int a = 1; a < cloud.dimension; ++a) least = std::min(least, face[a]);
+  for (int a = 0; a < cloud.dimension; ++a) unit[a] = least / face[a];
+  return unit;
+}
+
 /// Names the point where the residual R is largest.
 [[noreturn]] void refuse(const Cloud& cloud, std::span<const Vec3> R, int iterations) {
   double largest = 0;
   int where = -1;
   for (int i = 0; i < cloud.owned; ++i) {
-    if (const double r = norm(R[i]) / std::pow(cloud.spacing[i], cloud.dimension - 1); where < 0 || r > largest) {
+    const Vec3 face = face_size(cloud, i);
+    double r = 0;
+    for (int a = 0; a < cloud.dimension; ++a) r = std::max(r, std::abs(R[i][a]) / face[a]);
+    if (where < 0 || r > largest) {
       largest = r;
       where = i;
     }
@@ -101,13 +116,17 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   // sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j) = R_i: the stiffness matrix of a truss, semi-definite with the
   // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal.
   const auto& x = cloud.x;
+  // Rows and unknowns are scaled axis by axis with the faces there.
+  const Vec3 unit = over_faces(cloud);
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
   remove_rigid_part(cloud, neighbours, R);
+  for (Vec3& r : R) r = product(unit, r);
 
   std::vector<Symmetric3> inverse(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
     Symmetric3 block;
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) block.add(g[n], neighbours.x_ji(x, i, n));
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+      block.add(g[n], product(unit, neighbours.x_ji(x, i, n)));
     inverse[i] = pseudo_inverse(block);
   }
   const LinearMap preconditioner = [&](std::span<const double> r, std::span<double> z) {
@@ -119,7 +138,7 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
 
   std::vector<Vec3> lambda(cloud.local());
   const auto set_lambda = [&](std::span<const double> p) {
-    std::copy(p.begin(), p.end(), numbers(std::span<Vec3>(lambda)).begin());
+    for (int i = 0; i < cloud.owned; ++i) lambda[i] = product(unit, {p[3 * i], p[3 * i + 1], p[3 * i + 2]});
     cloud.halo.update(std::span<Vec3>(lambda));
   };
   const LinearMap stiffness = [&](std::span<const double> p, std::span<double> y) {
@@ -131,16 +150,16 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
           const Vec3 r = pair.x_ji(i, n);
           sum += (g[n] * dot(lambda[i] - pair.reflected(lambda[neighbours.column[n]], n), r)) * r;
         }
-        y[3 * i] = sum.x, y[3 * i + 1] = sum.y, y[3 * i + 2] = sum.z;
+        y[3 * i] = unit.x * sum.x, y[3 * i + 1] = unit.y * sum.y, y[3 * i + 2] = unit.z * sum.z;
       }
     });
   };
 
   // The absolute stop keeps CG from wandering when R is already round-off.
-  double spacing = cloud.owned > 0 ? *std::max_element(cloud.spacing.begin(), cloud.spacing.begin() + cloud.owned) : 0;
-  spacing = max(cloud.comm, spacing);
-  const double size = std::pow(spacing, cloud.dimension - 1) * cloud.cross_section;
-  const double round_off = 1e-13 * size * std::sqrt(static_cast<double>(cloud.count));
+  double size = 0;
+  for (int i = 0; i < cloud.owned; ++i)
+    for (int a = 0; a < cloud.dimension; ++a) size = std::max(size, product(unit, face_size(cloud, i))[a]);
+  const double round_off = 1e-13 * max(cloud.comm, size) * std::sqrt(static_cast<double>(cloud.count));
   std::vector<double> solution(3 * static_cast<std::size_t>(cloud.owned));
   const auto solved =
       conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<const Vec3>(R)), solution,
@@ -151,6 +170,7 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
     stiffness(solution, Kl);
     auto left = numbers(std::span<Vec3>(R));
     for (std::size_t k = 0; k < Kl.size(); ++k) left[k] -= Kl[k];
+    for (Vec3& r : R) r = quotient(r, unit);
     refuse(cloud, R, solved.iterations);
   }
 

@@ -9,6 +9,7 @@
 
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
+#include "cloud/lattice.hpp"
 #include "conduction/constraint.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/faces.hpp"
@@ -70,7 +71,7 @@ PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_
     for (std::size_t n = 0; n < term.point.size(); ++n) {
       add_slopes(shapes, first++, slope);
       slope.close_row();
-      stiffness.push_back(alpha * norm(term.area[n]) / cloud.spacing[term.point[n]]);
+      stiffness.push_back(alpha * norm(quotient(term.area[n], cloud.metric[term.point[n]])));
     }
   }
   return walls;
@@ -105,23 +106,25 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
   return scheme;
 }
 
-/// k a.[g + x_ji (T_j - T_i - g.x_ji) / r^2], g = sum_J grad phi_J T_J. Across a face of a lattice, a parallel to x_ji,
-/// g drops out and two points remain.
+/// k a.[g + v (T_j - T_i - g.x_ji)], g = sum_J grad phi_J T_J and v = x_ji / r^2 as the metric has it, so that v.x_ji =
+/// 1: in spacings, the line between two flat points is as good a guide to the flux as that between cubes. Across a face
+/// of a lattice, a parallel to x_ji, g drops out and two points remain.
 MlpgScheme nodal_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, MlpgReport& report) {
   std::vector<double> along(faces.size());  // the lines i-j
   std::vector<Vec3> across(faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
     const Vec3 r = cloud.x[faces.b[q]] - cloud.x[faces.a[q]];
-    along[q] = dot(faces.area[q], r) / dot(r, r);
+    const Vec3 s = cloud.mean_metric(faces.a[q], faces.b[q]), xi = quotient(r, s);
+    along[q] = dot(faces.area[q], quotient(xi, s)) / dot(xi, xi);
     across[q] = faces.area[q] - along[q] * r;
   }
   ShapeRows shapes;
-  if (!cloud.box_lattice) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
+  if (!cloud.lattice) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
   FaceRows rows;
   rows.flux.column.reserve(shapes.phi.column.size() + 2 * faces.size());
   rows.flux.value.reserve(shapes.phi.column.size() + 2 * faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
-    if (!cloud.box_lattice) add_slopes(shapes, q, rows.flux);
+    if (!cloud.lattice) add_slopes(shapes, q, rows.flux);
     add_to(rows.flux, faces.a[q], -along[q]);
     add_to(rows.flux, faces.b[q], along[q]);
     rows.flux.close_row();
@@ -189,6 +192,17 @@ Support support_of(const Case& c) {
   return mlpg_support(o);
 }
 
+/// An unjittered lattice of one spacing along every axis.
+bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded(); }
+
+/// Of a lattice stretched to spacing 1, over that along the axis of the least spacing.
+Vec3 stretched_conductivity(const Lattice& lattice) {
+  if (lattice.largest_dx() - lattice.least_dx() <= 1e-9 * lattice.largest_dx()) return {1, 1, 1};
+  Vec3 k;
+  for (int a = 0; a < lattice.box().dimension; ++a) k[a] = std::pow(lattice.least_dx() / lattice.dx(a), 2);
+  return k;
+}
+
 /// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
 std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
                                          const FaceConduction& conduction, bool transient, MethodReport& report) {
@@ -197,11 +211,11 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
       "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the linear "
       "basis, "
       "or flux = \"edge-stabilised\"";
-  if (cloud.box_lattice && o.support.neighbours == 0) {
+  if (is_regular(cloud) && o.support.neighbours == 0) {
     const bool one_point = o.capacity == MlpgCapacity::one_point;
     const auto cell =
         spheres ? lattice_sphere(cloud.dimension, o.radius, one_point) : lattice_box(cloud.dimension, one_point);
-    const auto symbols = lattice_symbols(o.mls, o.support.spacings, cell);
+    const auto symbols = lattice_symbols(o.mls, o.support.spacings, cell, stretched_conductivity(*cloud.lattice));
     report["least_capacity_symbol"] = symbols.least_capacity;
     report["least_rate_symbol"] = symbols.least_rate;
     report["kappa"] = symbols.kappa;
@@ -277,7 +291,7 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("mlpg");
-  MlpgOptions o = options_of(table, cloud.dimension, cloud.box_lattice);
+  MlpgOptions o = options_of(table, cloud.dimension, is_regular(cloud));
   const Parts& parts = material.parts();
   const bool is_broken = has_cracks(c) || parts.has_contacts();
   std::string asked;  // a key that only parameters have
@@ -343,7 +357,7 @@ MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgRepor
       scheme.subdomains = std::move(subdomains);
       return scheme;
     }
-    Faces faces = cloud.box_lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
+    Faces faces = cloud.lattice ? lattice_faces(cloud, values ? 1 : 2) : virtual_faces(cloud, report.faces);
     if (values) return nodal_scheme(cloud, options, std::move(faces), report);
     std::optional<CellQuadrature> cells;
     if (options.capacity == MlpgCapacity::consistent) cells = gauss_points(cloud);

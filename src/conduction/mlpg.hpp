@@ -62,9 +62,9 @@ struct MlpgScheme {
   std::unique_ptr<HeatTerm> walls = {};          ///< null: prescribed temperatures are collocated
 };
 
-/// The scheme on cells that fill the body, boxes on box lattices and virtual faces on all other clouds; or on spheres.
-/// The cloud must have points on the walls and boundary areas. `temperatures` are the prescribed ones. Collective;
-/// throws Error.
+/// The scheme on cells that fill the body, boxes on unjittered lattices and virtual faces on all other clouds; or on
+/// spheres. The cloud must have points on the walls and boundary areas. `temperatures` are the prescribed ones.
+/// Collective; throws Error.
 MlpgScheme mlpg_scheme(const Cloud& cloud, const MlpgOptions& options, MlpgReport& report,
                        std::span<const PrescribedTerm> temperatures = {});
 

@@ -59,7 +59,7 @@ void for_each_node(const MovingLeastSquares& mls, double R, const Vec3& x, bool 
     const Vec3 y = stencil.location(n);
     if (dot(x - y, x - y) < R * R * (1 - 1e-9)) number.push_back(n), nodes.push_back(y);
   }
-  const std::vector<double> radius(nodes.size(), R);
+  const std::vector<Vec3> radius(nodes.size(), {R, R, R});
   std::vector<double> phi(nodes.size());
   std::vector<Vec3> gradient(slopes ? nodes.size() : 0);
   if (!mls.evaluate(x, nodes, radius, phi, gradient)) return;
@@ -159,7 +159,8 @@ LatticeCell lattice_sphere(int D, double radius, bool one_point) {
   return cell;
 }
 
-LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell) {
+LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell,
+                               const Vec3& conductivity) {
   const int D = mls.dimension;
   const double size = volume_of(cell);
   double farthest = 0;
@@ -169,16 +170,20 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
     for_each_node(mls, R, cell.inside[q], false, C,
                   [&](int n, double phi, const Vec3&) { C.entry(n) += cell.volume[q] / size * phi; });
   for (std::size_t q = 0; q < cell.face.size(); ++q)
-    for_each_node(mls, R, cell.face[q], true, K,
-                  [&](int n, double, const Vec3& slope) { K.entry(n) -= dot(cell.area[q], slope) / size; });
+    for_each_node(mls, R, cell.face[q], true, K, [&](int n, double, const Vec3& slope) {
+      K.entry(n) -= dot(product(conductivity, cell.area[q]), slope) / size;
+    });
 
   LatticeSymbols out{.least_capacity = 1, .least_rate = std::numeric_limits<double>::infinity(), .kappa = 0};
-  for (int n = 0; n < K.size(); ++n) out.kappa -= K.entry(n) * dot(K.location(n), K.location(n)) / (2 * D);
+  double all = 0;
+  for (int a = 0; a < D; ++a) all += conductivity[a];
+  for (int n = 0; n < K.size(); ++n) out.kappa -= K.entry(n) * dot(K.location(n), K.location(n)) / (2 * all);
+  const bool alike = conductivity == Vec3{1, 1, 1};
   constexpr int waves = 24;
   for (int w = 1; w < std::pow(waves + 1, D); ++w) {
     Vec3 k;
     for (int a = 0, m = w; a < D; ++a, m /= waves + 1) k[a] = std::numbers::pi * (m % (waves + 1)) / waves;
-    if (k.x < k.y || k.y < k.z) continue;  // the axes are alike
+    if (alike && (k.x < k.y || k.y < k.z)) continue;
     const double c = C.symbol(k);
     out.least_capacity = std::min(out.least_capacity, c);
     out.least_rate = std::min(out.least_rate, K.symbol(k) / c);
@@ -189,7 +194,8 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
 double start_up_growth(const Cloud& cloud, const FaceConduction& conduction) {
   constexpr int steps = 60, watched = 20;
   double d = std::numeric_limits<double>::max();
-  for (int i = 0; i < cloud.owned; ++i) d = std::min(d, cloud.spacing[i]);
+  for (int i = 0; i < cloud.owned; ++i)
+    for (int a = 0; a < 3; ++a) d = std::min(d, cloud.metric[i][a]);
   d = min(cloud.comm, d);
   const double dt = 0.1 * d * d;
   const petsc::Matrix A = stepping_matrix(cloud, conduction, dt, 0.5), B = stepping_matrix(cloud, conduction, dt, -0.5);

@@ -8,7 +8,8 @@
 
 namespace calor {
 
-/// Quadrature of the cell of a point inside an unbounded lattice of spacing 1, around the origin.
+/// Quadrature of the cell of a point inside an unbounded lattice of spacing 1, around the origin. Lattices of unequal
+/// spacings are stretched to it, and then conduct differently along every axis.
 struct LatticeCell {
   std::vector<Vec3> face, area;  ///< points on its surface and their outward area vectors
   std::vector<Vec3> inside;
@@ -28,8 +29,10 @@ struct LatticeSymbols {
   bool stable() const { return least_capacity > 0 && least_rate > -1e-9; }
 };
 
-/// R: support radius over spacing, the same for all points.
-LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell);
+/// R: support radius in spacings, the same for all points. `conductivity` along every axis of the stretched lattice:
+/// (d / s_a)^2 for spacings s_a.
+LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell,
+                               const Vec3& conductivity = {1, 1, 1});
 
 /// Marches 60 Crank-Nicolson steps of a tenth of d^2/diffusivity from random parameters and returns the growth of T^h
 /// over the last 20 (below 1 for a stable scheme); infinite where it blows up before or the linear solver fails.

@@ -32,8 +32,9 @@ class Fit {
   using Vector = Eigen::Matrix<double, M, 1>;
   using Matrix = Eigen::Matrix<double, M, M>;
 
-  Fit(const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R) : x_(x), nodes_(nodes), R_(R) {
-    H_ = R.empty() ? 1 : *std::ranges::max_element(R);
+  Fit(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) : x_(x), nodes_(nodes), R_(R) {
+    for (const Vec3& r : R)
+      for (int a = 0; a < D; ++a) H_[a] = std::max(H_[a], r[a]);
     for (std::size_t k = 0; k < nodes.size(); ++k) {
       const Vector p = basis(k);
       A_.noalias() += Weight::value(s(k)) * p * p.transpose();
@@ -41,7 +42,7 @@ class Fit {
   }
 
   /// A g = e_1, phi_k = w_k p_k.g;
-  /// A g_,i = e_{1+i} / H - A_,i g, phi_k,i = w_k p_k.g_,i + w_k,i p_k.g: x moves, the centre of the basis does not.
+  /// A g_,i = e_{1+i} / H_i - A_,i g, phi_k,i = w_k p_k.g_,i + w_k,i p_k.g: x moves, the centre of the basis does not.
   bool shape(std::span<double> phi, std::span<Vec3> gradient) const {
     if (nodes_.size() < M) return false;
     const Eigen::LLT<Matrix> factor(A_);
@@ -61,7 +62,7 @@ class Fit {
       for (int i = 0; i < D; ++i) rhs.col(i) -= gradient[k][i] * p;
     }
     if (gradient.empty()) return true;
-    for (int i = 0; i < D; ++i) rhs(1 + i, i) += 1 / H_;
+    for (int i = 0; i < D; ++i) rhs(1 + i, i) += 1 / H_[i];
     const Eigen::Matrix<double, M, D> g_i = factor.solve(rhs);
     for (std::size_t k = 0; k < nodes_.size(); ++k) {
       const Eigen::Matrix<double, 1, D> wpg = Weight::value(s(k)) * basis(k).transpose() * g_i;
@@ -77,13 +78,15 @@ class Fit {
   }
 
  private:
-  double s(std::size_t k) const { return std::min(1.0, norm(nodes_[k] - x_) / R_[k]); }
-  Vec3 weight_gradient(std::size_t k) const { return (Weight::slope(s(k)) / (R_[k] * R_[k])) * (x_ - nodes_[k]); }
+  double s(std::size_t k) const { return std::min(1.0, norm(quotient(nodes_[k] - x_, R_[k]))); }
+  Vec3 weight_gradient(std::size_t k) const {
+    return Weight::slope(s(k)) * quotient(x_ - nodes_[k], product(R_[k], R_[k]));
+  }
   Vector basis(std::size_t k) const {
-    const Vec3 u = (1 / H_) * (nodes_[k] - x_);
+    Vec3 u;
     Vector p;
     p[0] = 1;
-    for (int a = 0; a < D; ++a) p[1 + a] = u[a];
+    for (int a = 0; a < D; ++a) p[1 + a] = u[a] = (nodes_[k][a] - x_[a]) / H_[a];
     if constexpr (degree == 2) {
       int m = D;
       for (int a = 0; a < D; ++a)
@@ -94,27 +97,27 @@ class Fit {
 
   const Vec3 x_;
   std::span<const Vec3> nodes_;
-  std::span<const double> R_;
-  double H_;
+  std::span<const Vec3> R_;
+  Vec3 H_;
   Matrix A_ = Matrix::Zero();
 };
 
 /// Calls use(fit) with the fit of this dimension, degree and weight.
 template <int D, int degree, class Use>
-auto with_weight(MlsWeight weight, const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R, Use use) {
+auto with_weight(MlsWeight weight, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R, Use use) {
   return weight == MlsWeight::quartic ? use(Fit<D, degree, Quartic>(x, nodes, R))
                                       : use(Fit<D, degree, Wendland>(x, nodes, R));
 }
 
 template <int D, class Use>
-auto with_degree(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R,
+auto with_degree(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
                  Use use) {
   return mls.degree == 1 ? with_weight<D, 1>(mls.weight, x, nodes, R, use)
                          : with_weight<D, 2>(mls.weight, x, nodes, R, use);
 }
 
 template <class Use>
-auto with_fit(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R,
+auto with_fit(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
               Use use) {
   return mls.dimension == 1   ? with_degree<1>(mls, x, nodes, R, use)
          : mls.dimension == 2 ? with_degree<2>(mls, x, nodes, R, use)
@@ -123,12 +126,12 @@ auto with_fit(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3
 
 }  // namespace
 
-bool MovingLeastSquares::evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R,
+bool MovingLeastSquares::evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
                                   std::span<double> phi, std::span<Vec3> gradient) const {
   return with_fit(*this, x, nodes, R, [&](const auto& fit) { return fit.shape(phi, gradient); });
 }
 
-double MovingLeastSquares::condition(const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R) const {
+double MovingLeastSquares::condition(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) const {
   return with_fit(*this, x, nodes, R, [](const auto& fit) { return fit.condition(); });
 }
 

@@ -8,8 +8,8 @@
 
 namespace calor {
 
-/// w(s), s = r/R_J: quartic 1 - 6 s^2 + 8 s^3 - 3 s^4 (C2 at the rim), or Wendland's (1-s)^6 (35 s^2 + 18 s + 3) / 3,
-/// which is C4 and concentrates more on near points.
+/// w(s), s = |(x - x_J) / R_J| with the semi-axes R_J of the support, an ellipsoid: quartic 1 - 6 s^2 + 8 s^3 - 3 s^4
+/// (C2 at the rim), or Wendland's (1-s)^6 (35 s^2 + 18 s + 3) / 3, which is C4 and concentrates more on near points.
 enum class MlsWeight { quartic, wendland };
 
 struct MovingLeastSquares {
@@ -20,14 +20,15 @@ struct MovingLeastSquares {
   /// Polynomials in the basis; as many points in general position are the least that a fit needs.
   int terms() const { return degree == 1 ? dimension + 1 : (dimension + 1) * (dimension + 2) / 2; }
 
-  /// Shape functions at x of the points `nodes` with support radii R > |x - x_J|, and their full gradients (1/m; may be
-  /// empty). The polynomials are centred at x and scaled by the largest R, so the result does not depend on place and
-  /// size. Returns false, with phi and gradient undefined, where the moment matrix is singular (condition number above
-  /// 1e10): too few points, or all on a line or plane. Allocates nothing.
-  bool evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R, std::span<double> phi,
+  /// Shape functions at x of the points `nodes`, whose supports with semi-axes R (m) cover x, and their full gradients
+  /// (1/m; may be empty). The polynomials are centred at x and scaled by the largest R along every axis, so the result
+  /// does not depend on place and size, and stretches with the points. Returns false, with phi and gradient undefined,
+  /// where the moment matrix is singular (condition number above 1e10): too few points, or all on a line or plane.
+  /// Allocates nothing.
+  bool evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R, std::span<double> phi,
                 std::span<Vec3> gradient) const;
   /// Condition number of the moment matrix at x; infinite where it is singular.
-  double condition(const Vec3& x, std::span<const Vec3> nodes, std::span<const double> R) const;
+  double condition(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) const;
 };
 
 }  // namespace calor

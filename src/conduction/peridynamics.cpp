@@ -59,7 +59,7 @@ Support support_of(const Case& c) { return options_of(c.section("peridynamics"),
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("peridynamics");
-  const Peridynamics options = options_of(table, cloud.box_lattice && !cloud.points_on_walls);
+  const Peridynamics options = options_of(table, cloud.lattice && !cloud.points_on_walls);
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
@@ -77,8 +77,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     return pair_discretisation(cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers);
   }
   CorrectionReport done;
-  auto G = consistent_weights(
-      cloud, mirrored.neighbours, [&] { return base_weights(cloud, mirrored.neighbours, options); }, {}, done);
+  auto G = peridynamic_weights(cloud, mirrored.neighbours, options, done);
+  require_sound(done);
   auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);
   add_to_report(done, report);
   return discretisation;
@@ -101,19 +101,35 @@ Support Peridynamics::support() const {
 
 std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options) {
   std::vector<double> g(neighbours.column.size());
-  double kappa = 0, kappa_of = 0;
+  const double kappa = micro_conductivity(cloud.dimension, options.n, 1);
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const int j = neighbours.column[n];
-      const double d = 0.5 * (cloud.spacing[i] + cloud.spacing[j]), delta = options.horizon.radius(d);
-      const double r = norm(neighbours.x_ji(cloud.x, i, n));
-      const double v = options.partial_volumes ? std::clamp((delta + 0.5 * d - r) / d, 0.0, 1.0) : 1;
-      const double over_r_n = options.n == 0 ? 1 : options.n == 1 ? 1 / r : 1 / (r * r);
-      if (delta != kappa_of) kappa = micro_conductivity(cloud.dimension, options.n, kappa_of = delta);
-      g[n] = kappa * v * (cloud.volume[i] * cloud.volume[j]) * over_r_n / cloud.cross_section;
+      const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n), s = cloud.mean_metric(i, j), delta = options.horizon.radius(s);
+      const double r = norm(quotient(x_ji, s)), rho = norm(quotient(x_ji, delta));  // over spacings, over the horizon
+      double family = delta.x;
+      for (int a = 1; a < cloud.dimension; ++a) family *= delta[a];
+      const double v = options.partial_volumes ? std::clamp(r / rho + 0.5 - r, 0.0, 1.0) : 1;
+      const double rho_n = options.n == 0 ? rho * rho : options.n == 1 ? rho : 1;
+      g[n] = kappa * v * (cloud.volume[i] * cloud.volume[j]) / family * (rho_n / dot(x_ji, x_ji)) / cloud.cross_section;
     }
   }
   return g;
+}
+
+std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options,
+                                        CorrectionReport& report) {
+  if (cloud.lattice && !cloud.box_lattice) {
+    const LineForce force = [&](std::int64_t /*steps*/, double distance, double spacing) {
+      const double r = distance / spacing, delta = options.horizon.radius(spacing) / spacing;
+      const double whole = r <= delta * (1 + 1e-9) ? 1 : 0;
+      const double v = options.partial_volumes ? std::clamp(delta + 0.5 - r, 0.0, 1.0) : whole;
+      return v * std::pow(r, 1 - options.n) * std::pow(delta, options.n - 3);
+    };
+    return lattice_line_weights(cloud, neighbours, force, report);
+  }
+  return consistent_weights(
+      cloud, neighbours, [&] { return base_weights(cloud, neighbours, options); }, {}, report);
 }
 
 std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options) {

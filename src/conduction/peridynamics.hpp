@@ -26,8 +26,14 @@ struct Peridynamics {
   Support support() const;
 };
 
-/// kappa v V_i V_j / |xi|^n of every pair, m; the same bits for (i, j) and (j, i).
+/// kappa v V_i V_j / |xi|^n of every pair, m; the same bits for (i, j) and (j, i). Where the spacings are unequal the
+/// family is an ellipsoid, and the weight falls as in a sphere to which it is stretched, but for a factor 1 / |xi|^2.
 std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options);
+
+/// Consistent weights of bonds: on lattices of unequal spacings peridynamics along every line of points, on all other
+/// clouds base weights that are corrected. Collective; throws Error.
+std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options,
+                                        CorrectionReport& report);
 
 /// The paper's weights: base weights times g, the surface correction by direction (Madenci & Oterkus, Peridynamic
 /// Theory and Its Applications, 2014, sec. 4.2): along every axis the thermal potential of a linear temperature is

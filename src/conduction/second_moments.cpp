@@ -22,6 +22,12 @@ using Six = std::array<double, 6>;
 
 Six products(const Vec3& a) { return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z}; }
 
+/// 1 / sqrt(s_a s_b) of every component.
+Six over_spacings(const Vec3& s) {
+  const Vec3 root{std::sqrt(s.x), std::sqrt(s.y), std::sqrt(s.z)};
+  return {1 / s.x, 1 / s.y, 1 / s.z, 1 / (root.x * root.y), 1 / (root.x * root.z), 1 / (root.y * root.z)};
+}
+
 /// Six numbers per local point, as two fields that the halo can exchange.
 struct TensorField {
   std::vector<Vec3> diagonal, mixed;
@@ -83,73 +89,97 @@ constexpr CgLimits rough = {.relative = 1e-12, .absolute = 0, .iterations = 30};
 
 }  // namespace
 
-void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
-                  std::span<double> g) {
-  const auto& x = cloud.x;
-  std::vector<double> trace(g.size()), a(cloud.local(), 1.0), scaled(cloud.owned);
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const Vec3 r = neighbours.x_ji(x, i, n);
-      trace[n] = g[n] * dot(r, r);
-    }
-  }
+namespace {
+
+/// Factors of the local points with sum_j w_ij a_i a_j = 2 D volume_i.
+std::vector<double> sinkhorn_factors(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
+                                     std::span<const double> w) {
+  std::vector<double> a(cloud.local(), 1.0), scaled(cloud.owned);
   for (int sweep = 0; sweep < sinkhorn_sweeps; ++sweep) {
     for (int i = 0; i < cloud.owned; ++i) {
       double sum = 0;
-      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += trace[n] * a[neighbours.column[n]];
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += w[n] * a[neighbours.column[n]];
       scaled[i] = std::sqrt(a[i] * (2 * cloud.dimension * volume[i] / sum));
     }
     std::copy(scaled.begin(), scaled.end(), a.begin());
     cloud.halo.update(std::span<double>(a));
   }
+  return a;
+}
+
+void scale(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> a, std::span<double> w) {
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) w[n] *= a[i] * a[neighbours.column[n]];
+}
+
+}  // namespace
+
+void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume, std::span<double> w) {
+  scale(cloud, neighbours, sinkhorn_factors(cloud, neighbours, volume, w), w);
+}
+
+void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
+                  std::span<double> g) {
+  std::vector<double> trace(g.size());
   for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) g[n] *= a[i] * a[neighbours.column[n]];
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const Vec3 r = neighbours.x_ji(cloud.x, i, n);
+      trace[n] = g[n] * dot(r, r);
+    }
   }
+  scale(cloud, neighbours, sinkhorn_factors(cloud, neighbours, volume, trace), g);
 }
 
 int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
   // Normal equations of the least change of g, in the metric of g, with soft rows:
-  //   (M g M^T + softness diag) z = rhs - M g,  M_i = x_ji (x) x_ji / d_i,  rhs_i = 2 V_i I / d_i.
+  //   (M g M^T + softness diag) z = rhs - M g,  M_i = x_ji (x) x_ji / s_i,  rhs_i = 2 V_i I / s_i,
+  // where component ab of a tensor is divided by the geometric mean of the spacings along a and b.
   const auto& x = cloud.x;
   const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
   const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
   std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
   for (int i = 0; i < cloud.owned; ++i) {
-    const double s = 1 / cloud.spacing[i];
+    const Six s = over_spacings(cloud.metric[i]);
     double* R = rhs.data() + 6 * i;
+    double* d = diagonal.data() + 6 * i;
     double fourth = 0;
-    for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s;
+    for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s[c];
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = neighbours.x_ji(x, i, n);
       const Six q = products(r);
-      for (int c = 0; c < 6; ++c) R[c] -= g[n] * q[c] * s;
-      fourth += g[n] * (dot(r, r) * s) * (dot(r, r) * s);
+      for (int c = 0; c < 6; ++c) {
+        R[c] -= g[n] * q[c] * s[c];
+        d[c] += g[n] * (q[c] * s[c]) * (q[c] * s[c]);
+      }
+      fourth += g[n] * (dot(r, r) * s[0]) * (dot(r, r) * s[0]);
     }
+    if (!cloud.isotropic) continue;
     // The diagonal that neighbours alike in all directions would give, so that the fit turns with the body.
     const int D = cloud.dimension;
-    for (int c = 0; c < 6; ++c) diagonal[6 * i + c] = fourth * (c < 3 ? 3.0 : 1.5) / (D * (D + 2));
+    for (int c = 0; c < 6; ++c) d[c] = fourth * (c < 3 ? 3.0 : 1.5) / (D * (D + 2));
   }
 
   TensorField tau(cloud);
   const auto set_tau = [&](std::span<const double> p) {
     for (int i = 0; i < cloud.owned; ++i) {
       const double* t = p.data() + 6 * i;
-      tau.set(i, 1 / cloud.spacing[i],
-              {t[0], t[1], t[2], t[3], t[4], t[5]});  // the rows of the fit are scaled by 1/d_i
+      const Six s = over_spacings(cloud.metric[i]);  // as the rows of the fit
+      tau.set(i, 1, {s[0] * t[0], s[1] * t[1], s[2] * t[2], s[3] * t[3], s[4] * t[4], s[5] * t[5]});
     }
     tau.update(cloud.halo);
   };
   const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
     set_tau(p);
     for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
+      const Six s = over_spacings(cloud.metric[i]);
       for (int c = 0; c < 6; ++c) {
         const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
-        y[k] = sum[c] / cloud.spacing[i] + softness * diagonal[k] * p[k];
+        y[k] = sum[c] * s[c] + softness * diagonal[k] * p[k];
       }
     });
   };
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
-    for (std::size_t k = 0; k < unknowns; ++k) y[k] = r[k] / diagonal[k];
+    for (std::size_t k = 0; k < unknowns; ++k) y[k] = diagonal[k] > 0 ? r[k] / diagonal[k] : 0;
   };
   const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
   set_tau(z);

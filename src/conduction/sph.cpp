@@ -8,7 +8,6 @@
 #include <vector>
 
 #include "base/parallel.hpp"
-#include "cloud/lattice.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/mirror_images.hpp"
 #include "conduction/zeta_rows.hpp"
@@ -49,8 +48,6 @@ std::vector<double> lattice_weights(const Cloud& cloud) {
   return F;
 }
 
-bool has_exact_weights(const Cloud& cloud) { return cloud.box_lattice || (cloud.lattice && cloud.lattice->graded()); }
-
 /// The smoothing that the case asks for, or what suits the cloud.
 double smoothing_of(const Table& options, bool exact_lattice) {
   if (!options.has("smoothing")) return exact_lattice ? 1 : 1.2;
@@ -80,7 +77,7 @@ Discretisation paper_scheme(const Cloud& cloud, const Parts& parts, const Condit
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table options = c.section("sph");
-  const double smoothing = smoothing_of(options, has_exact_weights(cloud));
+  const double smoothing = smoothing_of(options, cloud.lattice != nullptr);
   const bool paper = options.text("correction") == "paper";
   if (!cloud.has_areas) {
     c.section("cloud").refuse(
@@ -103,6 +100,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
 
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
+  require_sound(done);
   auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
   return discretisation;
@@ -130,9 +128,10 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const int j = neighbours.column[n];
-      const double h = smoothing * (0.5 * (cloud.spacing[i] + cloud.spacing[j]));
-      const double F = cubic_spline_F(norm(neighbours.x_ji(cloud.x, i, n)), h, cloud.dimension);
-      g[n] = 2 * (V[i] * V[j]) * F / cloud.cross_section;
+      const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n);
+      const double square = square_in_spacings(cloud, neighbours, i, n);
+      const double F = cubic_spline_F(std::sqrt(square), smoothing, cloud.dimension) / cell_size(cloud, i, j);
+      g[n] = 2 * (V[i] * V[j]) * (F * square / dot(x_ji, x_ji)) / cloud.cross_section;
     }
   }
   return g;
@@ -141,7 +140,10 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
                                            CorrectionReport& report) {
   const bool one_layer = std::abs(smoothing - 1) < 1e-9;
-  if (one_layer && cloud.lattice && cloud.lattice->graded()) return graded_lattice_weights(cloud, neighbours, report);
+  if (one_layer && cloud.lattice && !cloud.box_lattice) {
+    const LineForce neighbours_alone = [](std::int64_t steps, double, double) { return steps == 1 ? 1.0 : 0.0; };
+    return lattice_line_weights(cloud, neighbours, neighbours_alone, report);
+  }
   return consistent_weights(
       cloud, neighbours, [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); },
       one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
@@ -154,7 +156,7 @@ void declare_sph(Schema& schema) {
       {.path = "sph",
        .sentence = "Options of smoothed particle hydrodynamics.",
        .keys = {{"smoothing", Kind::number, "", optional,
-                 "Smoothing length over spacing; default: 1 on box lattices (of one spacing, or graded), where it is "
+                 "Smoothing length over spacing; default: 1 on box lattices without jitter, where it is "
                  "exact, 1.2 on other clouds."},
                 {"correction",
                  Kind::choice,

@@ -19,8 +19,9 @@ double cubic_spline_F(double r, double h, int dimension);
 /// Support radius over spacing: twice the smoothing length over the spacing.
 inline double sph_support(double smoothing) { return 2 * smoothing; }
 
-/// 2 V_i V_j F_ij / section for every directed pair, m; the section enters V_i V_j twice and the weight once. The same
-/// bits for (i, j) and (j, i). V of all local points.
+/// 2 V_i V_j x_ji.grad W_ij / |x_ji|^2 / section for every directed pair, m; the section enters V_i V_j twice and the
+/// weight once. The kernel is W(|x_ji / s_ij|), stretched with the spacings (Shapiro et al., Astrophys. J. Suppl. 103,
+/// 1996); of one spacing, this is 2 V_i V_j F_ij. The same bits for (i, j) and (j, i). V of all local points.
 std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
                                      double smoothing);
 

@@ -136,25 +136,28 @@ Subdomains sphere_subdomains(const Cloud& cloud, double radius) {
   for (int i = 0; i < cloud.owned; ++i) {
     const Vec3& x = cloud.x[i];
     const auto side = sides(cloud, i);
-    double R = radius * cloud.spacing[i], walls = 0, share = 1;
+    const Vec3& s = cloud.metric[i];
+    const double stretch = (D == 2 ? s.x * s.y : s.x * s.y * s.z) * cloud.cross_section;
+    double R = radius, walls = 0, share = 1;
     for (int a = 0; a < D; ++a) {
-      if (side[a] <= 0) R = std::min(R, x[a] - low[a]);
-      if (side[a] >= 0) R = std::min(R, high[a] - x[a]);
-      if (side[a] != 0) share *= 0.5, walls += 2;  // of the whole circle's section by the wall, halved by other walls
+      if (side[a] <= 0) R = std::min(R, (x[a] - low[a]) / s[a]);
+      if (side[a] >= 0) R = std::min(R, (high[a] - x[a]) / s[a]);
+      if (side[a] == 0) continue;
+      share *= 0.5, walls += 2 / s[a];  // of the whole circle's section by the wall, halved by other walls
     }
     const UnitSphere sphere = unit_sphere(D, side);
-    const double section = walls * share * (D == 2 ? 2 * R : pi * R * R) * cloud.cross_section;
-    const double whole = share * (D == 2 ? pi * R * R : 4 * pi / 3 * R * R * R) * cloud.cross_section;
+    const double section = walls * share * (D == 2 ? 2 * R : pi * R * R) * stretch;
+    const double whole = share * (D == 2 ? pi * R * R : 4 * pi / 3 * R * R * R) * stretch;
     const double scale = walls > 0 ? boundary[i] / section : cloud.volume[i] / whole;
-    const double area = scale * std::pow(R, D - 1) * cloud.cross_section, volume = area * R;
+    const double area = scale * std::pow(R, D - 1) * stretch, volume = area * R;
     for (std::size_t q = 0; q < sphere.on.size(); ++q) {
-      out.faces.x.push_back(x + R * sphere.on[q]);
-      out.faces.area.push_back(area * sphere.area[q] * sphere.on[q]);
+      out.faces.x.push_back(x + R * product(s, sphere.on[q]));
+      out.faces.area.push_back(area * sphere.area[q] * quotient(sphere.on[q], s));
       out.faces.a.push_back(i);
       out.faces.b.push_back(-1);
     }
     for (std::size_t q = 0; q < sphere.inside.size(); ++q) {
-      out.cells.x.push_back(x + R * sphere.inside[q]);
+      out.cells.x.push_back(x + R * product(s, sphere.inside[q]));
       out.cells.tag.push_back(cloud.tag[i]);
       out.cells.volume.push_back(volume * sphere.volume[q]);
     }

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <utility>
 
@@ -17,31 +18,31 @@ namespace {
 constexpr double beyond_nearest = 1.15, beyond_counted = 1.1;
 constexpr int most_rounds = 4;
 
-double mean(std::span<const double> v) {
-  double sum = 0;
-  for (double a : v) sum += a;
-  return v.empty() ? 1 : sum / static_cast<double>(v.size());
+Vec3 mean(std::span<const Vec3> v) {
+  Vec3 sum;
+  for (const Vec3& a : v) sum += a;
+  return v.empty() ? Vec3{1, 1, 1} : (1 / static_cast<double>(v.size())) * sum;
 }
 
+/// Distance in spacings of point j.
+double distance(const Cloud& cloud, int j, const Vec3& x) { return norm(quotient(cloud.x[j] - x, cloud.metric[j])); }
+
 std::vector<double> radii(const Cloud& cloud, const SupportSize& size) {
-  std::vector<double> R(cloud.local());
-  if (size.neighbours == 0) {
-    for (int j = 0; j < cloud.local(); ++j) R[j] = size.spacings * cloud.spacing[j];
-    return R;
-  }
+  std::vector<double> R(cloud.local(), size.spacings);
+  if (size.neighbours == 0) return R;
   const Supports search(cloud, std::vector<double>(cloud.local(), 0.0));
   collective_try(cloud.comm, [&] {
     for (int j = 0; j < cloud.owned; ++j) {
-      const double reach = size.limit() * cloud.spacing[j] / beyond_counted;
-      const auto near = search.nearest(cloud.x[j], size.neighbours + 1, reach);  // the first is j itself
+      const double reach = size.limit() / beyond_counted;
+      const Vec3& metric = cloud.metric[j];
+      const auto near = search.nearest(cloud.x[j], size.neighbours + 1, reach * metric, metric);  // first j itself
       if (static_cast<int>(near.size()) <= size.neighbours)
         throw Error(
             Fault::bad_case,
             fmt::format("point {} at ({:.6g}, {:.6g}, {:.6g}) m has {} neighbours within {:.3g} spacings, not {}",
-                        cloud.id[j], cloud.x[j].x, cloud.x[j].y, cloud.x[j].z, near.size() - 1,
-                        reach / cloud.spacing[j], size.neighbours),
+                        cloud.id[j], cloud.x[j].x, cloud.x[j].y, cloud.x[j].z, near.size() - 1, reach, size.neighbours),
             "ask for fewer [mlpg] neighbours, or give the support in spacings");
-      R[j] = beyond_counted * norm(cloud.x[near.back()] - cloud.x[j]);
+      R[j] = beyond_counted * distance(cloud, j, cloud.x[near.back()]);
     }
   });
   cloud.halo.update(std::span<double>(R));
@@ -56,13 +57,12 @@ class Gathered {
   int at(const Vec3& x) {
     supports_.covering(x, points);
     nodes.clear(), R.clear();
-    for (const int j : points) nodes.push_back(cloud_.x[j]), R.push_back(supports_.radius()[j]);
+    for (const int j : points) nodes.push_back(cloud_.x[j]), R.push_back(supports_.radius()[j] * cloud_.metric[j]);
     return static_cast<int>(points.size());
   }
 
   std::vector<std::int32_t> points;
-  std::vector<Vec3> nodes;
-  std::vector<double> R;
+  std::vector<Vec3> nodes, R;
 
  private:
   const Cloud& cloud_;
@@ -117,27 +117,28 @@ double SupportSize::limit() const {
 }
 
 Supports::Supports(const Cloud& cloud, std::vector<double> R)
-    : cloud_(cloud), cells_(cloud.x, mean(cloud.spacing)), order_(order_by_cells(cells_, cloud.x)) {
+    : cloud_(cloud), cells_(cloud.x, mean(cloud.metric)), order_(order_by_cells(cells_, cloud.x)) {
   set_radius(R);
 }
 
 void Supports::set_radius(std::span<const double> R) {
   R_.assign(R.begin(), R.end());
-  largest_ = R_.empty() ? 0 : *std::ranges::max_element(R_);
+  largest_ = {};
+  for (std::size_t j = 0; j < R_.size(); ++j)
+    for (int a = 0; a < 3; ++a) largest_[a] = std::max(largest_[a], R_[j] * cloud_.metric[j][a]);
 }
 
 template <class Use>
-void Supports::for_each_near(const Vec3& x, double reach, const Use& use) const {
-  const auto low = [&](int a) { return cells_.index(a, x[a] - reach); };
-  const auto high = [&](int a) { return cells_.index(a, x[a] + reach); };
+void Supports::for_each_near(const Vec3& x, const Vec3& reach, const Use& use) const {
+  const auto low = [&](int a) { return cells_.index(a, x[a] - reach[a]); };
+  const auto high = [&](int a) { return cells_.index(a, x[a] + reach[a]); };
   const std::int64_t x0 = low(0), x1 = high(0), y0 = low(1), y1 = high(1), z0 = low(2), z1 = high(2);
   for (std::int64_t z = z0; z <= z1; ++z) {
     for (std::int64_t y = y0; y <= y1; ++y) {
       const std::int64_t row = cells_.along(0) * (y + cells_.along(1) * z);
       for (std::int32_t n = order_.start[row + x0]; n < order_.start[row + x1 + 1]; ++n) {
         const std::int32_t j = order_.order[n];
-        const Vec3 r = x - cloud_.x[j];
-        use(j, dot(r, r));
+        use(j, x - cloud_.x[j]);
       }
     }
   }
@@ -146,14 +147,15 @@ void Supports::for_each_near(const Vec3& x, double reach, const Use& use) const 
 void Supports::covering(const Vec3& x, std::vector<std::int32_t>& found) const {
   found.clear();
   // Points at the rim would be in or out by rounding alone.
-  for_each_near(x, largest_, [&](std::int32_t j, double square) {
-    if (square < R_[j] * R_[j] * (1 - 1e-9)) found.push_back(j);
+  for_each_near(x, largest_, [&](std::int32_t j, const Vec3& r) {
+    const Vec3 scaled = quotient(r, cloud_.metric[j]);
+    if (dot(scaled, scaled) < R_[j] * R_[j] * (1 - 1e-9)) found.push_back(j);
   });
   const auto id = [&](std::int32_t j) { return cloud_.id[j]; };
   if (!std::ranges::is_sorted(found, {}, id)) std::ranges::sort(found, {}, id);
 }
 
-std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, double reach) const {
+std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, const Vec3& reach, const Vec3& metric) const {
   struct Near {
     double square;
     std::int64_t id;
@@ -161,14 +163,25 @@ std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, double rea
     auto operator<=>(const Near&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 reads a 0 into it
   };
   std::vector<Near> near;
-  for_each_near(x, reach, [&](std::int32_t j, double square) {
-    if (square <= reach * reach) near.push_back({square, cloud_.id[j], j});
+  for_each_near(x, reach, [&](std::int32_t j, const Vec3& r) {
+    const Vec3 scaled = quotient(r, metric);
+    if (norm(quotient(r, reach)) <= 1) near.push_back({dot(scaled, scaled), cloud_.id[j], j});
   });
   const std::size_t n = std::min<std::size_t>(count, near.size());
   std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(n), near.end());
   std::vector<std::int32_t> points;
   for (std::size_t k = 0; k < n; ++k) points.push_back(near[k].point);
   return points;
+}
+
+const Vec3& Supports::metric_at(const Vec3& x, const Vec3& reach) const {
+  std::pair nearest{std::numeric_limits<double>::infinity(), std::numeric_limits<std::int64_t>::max()};
+  int point = 0;
+  for_each_near(x, reach, [&](std::int32_t j, const Vec3&) {
+    const std::pair here{distance(cloud_, j, x), cloud_.id[j]};
+    if (here < nearest) nearest = here, point = j;
+  });
+  return cloud_.metric[point];
 }
 
 ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size,
@@ -179,7 +192,7 @@ ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const Su
   ShapeRows rows = shape_rows(cloud, mls, size, R, places, along);
   for (int j = 0; j < cloud.owned; ++j) {
     report.enlarged += R[j] > R_first[j];
-    report.largest = std::max(report.largest, R[j] / cloud.spacing[j]);
+    report.largest = std::max(report.largest, R[j]);
   }
   report.enlarged = total(cloud.comm, report.enlarged);
   report.largest = max(cloud.comm, report.largest);
@@ -189,9 +202,11 @@ ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const Su
 ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const SupportSize& size, std::vector<double>& R,
                      std::span<const Vec3> places, std::span<const Vec3> along) {
   const int least = std::max(size.least, mls.terms());
-  double spacing = 0;
-  for (double d : cloud.spacing) spacing = std::max(spacing, d);
-  const double farthest = size.limit() * max(cloud.comm, spacing);
+  Vec3 farthest;
+  for (int a = 0; a < 3; ++a) {
+    for (const Vec3& s : cloud.metric) farthest[a] = std::max(farthest[a], size.limit() * s[a]);
+    farthest[a] = max(cloud.comm, farthest[a]);
+  }
 
   Supports supports(cloud, R);
   ShapeRows rows;
@@ -202,10 +217,9 @@ ShapeRows shape_rows(const Cloud& cloud, const MovingLeastSquares& mls, const Su
     collective_try(cloud.comm, [&] {
       for (const std::size_t q : failed) {
         if (round > most_rounds) refuse(cloud, mls, supports, places[q]);
-        for (const int j : supports.nearest(places[q], round * least, farthest)) {
-          const double wanted = beyond_nearest * norm(cloud.x[j] - places[q]);
-          R[j] = std::max(R[j], std::min(wanted, size.limit() * cloud.spacing[j]));
-        }
+        const Vec3& metric = supports.metric_at(places[q], farthest);
+        for (const int j : supports.nearest(places[q], round * least, farthest, metric))
+          R[j] = std::max(R[j], std::min(beyond_nearest * distance(cloud, j, places[q]), size.limit()));
       }
     });
     cloud.halo.raise(R);

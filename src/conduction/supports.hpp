@@ -13,12 +13,12 @@ namespace calor {
 
 /// How far the support of a point reaches.
 struct SupportSize {
-  double spacings = 2.3;  ///< R_J = spacings * d_J
-  int neighbours = 0;     ///< instead, if not 0: R_J = 1.1 times the distance to the n-th nearest point
+  double spacings = 2.3;  ///< R_J = spacings, in units of the metric s_J along every axis
+  int neighbours = 0;     ///< instead, if not 0: R_J = 1.1 times the distance to the n-th nearest point, in that metric
   /// Supports are enlarged where a place sees fewer points than this, or points from which no fit can be made.
   int least = 0;
 
-  /// The largest radius over spacing that counting and enlarging may lead to.
+  /// The largest radius in spacings that counting and enlarging may lead to.
   double limit() const;
 };
 
@@ -32,24 +32,27 @@ struct ShapeRows {
 /// Finds the points whose support covers a place.
 class Supports {
  public:
-  /// R: support radii of all local points, m.
+  /// R: support radii of all local points, in spacings.
   Supports(const Cloud& cloud, std::vector<double> R);
 
   std::span<const double> radius() const { return R_; }
   void set_radius(std::span<const double> R);
 
-  /// Local points J with |x - x_J| < R_J, ascending by id.
+  /// Local points J with |(x - x_J) / s_J| < R_J, ascending by id.
   void covering(const Vec3& x, std::vector<std::int32_t>& found) const;
-  /// The `count` local points nearest to x within `reach`, nearest first; fewer if there are no more.
-  std::vector<std::int32_t> nearest(const Vec3& x, int count, double reach) const;
+  /// The `count` local points nearest to x in the given metric, nearest first, of those within the ellipsoid `reach`
+  /// (m); fewer if there are no more.
+  std::vector<std::int32_t> nearest(const Vec3& x, int count, const Vec3& reach, const Vec3& metric) const;
+  /// Metric of the point that is the nearest to x in its own metric; some point must lie within `reach` (m).
+  const Vec3& metric_at(const Vec3& x, const Vec3& reach) const;
 
  private:
   template <class Use>
-  void for_each_near(const Vec3& x, double reach, const Use& use) const;
+  void for_each_near(const Vec3& x, const Vec3& reach, const Use& use) const;
 
   const Cloud& cloud_;
   std::vector<double> R_;
-  double largest_ = 0;
+  Vec3 largest_;  // semi-axes of the largest supports, m
   Cells cells_;
   CellOrder order_;
 };
@@ -57,8 +60,8 @@ class Supports {
 /// What enlarging did, for the report.
 struct SupportReport {
   std::int64_t enlarged = 0;  ///< points whose support was enlarged
-  double largest = 0;         ///< radius over spacing
-  std::vector<double> R;      ///< radii of all local points, m
+  double largest = 0;         ///< radius, in spacings
+  std::vector<double> R;      ///< radii of all local points, in spacings
 };
 
 /// Rows of shape functions at `places`, every one within a spacing of an owned point of this rank; the first rows with

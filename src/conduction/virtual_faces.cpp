@@ -21,28 +21,26 @@ constexpr double softness = 1e-3;
 constexpr int most_iterations = 200, most_polish_iterations = 20000;
 
 /// One Cartesian component c of the area vectors, as potentials at the points:
-///   a_ij = a0_ij + w_ij [psi_i - psi_j + 1/2 (m_i + m_j).x_ji],  w_ij = g_ij |x_ji|^2,
-/// antisymmetric by construction. With Q the map from a to (sum_j a_ij, 1/2 sum_j a_ij x_ji / d_i), the potentials
+///   a_ij = a0_ij + w_ij [psi_i - psi_j + 1/2 (m_i + m_j).x_ji],
+/// antisymmetric by construction. With Q the map from a to (sum_j a_ij, 1/2 sum_j a_ij x_ji / s_i), the potentials
 /// solve (Q w Q^T + soft rows) z = goal - Q a0: the least change of a in the metric 1/w.
 class Component {
  public:
-  Component(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g)
+  Component(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> w)
       : cloud_(cloud),
         neighbours_(neighbours),
         D_(cloud.dimension),
-        w_(g.begin(), g.end()),
+        w_(w.begin(), w.end()),
         psi_(cloud.local()),
         m_(cloud.local()),
         diagonal_(cloud.owned),
         diagonal_m_(cloud.owned) {
     for (int i = 0; i < cloud.owned; ++i) {
-      const double d = cloud.spacing[i];
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-        const Vec3 r = offset(i, n);
-        w_[n] *= dot(r, r);
+        const Vec3 r = quotient(offset(i, n), cloud.metric[i]);
         diagonal_[i] += w_[n];
         // The diagonal that neighbours alike in all directions would give, so that the faces turn with the body.
-        diagonal_m_[i] += w_[n] * dot(r, r) / (4 * D_ * d * d);
+        diagonal_m_[i] += w_[n] * dot(r, r) / (4 * D_);
       }
     }
   }
@@ -54,7 +52,7 @@ class Component {
     for (int i = 0; i < cloud_.owned; ++i) {
       double* b = goal.data() + rows * i;
       b[0] = -cloud_.area[i][c];
-      b[1 + c] = cloud_.volume[i] / cloud_.spacing[i];
+      b[1 + c] = cloud_.volume[i] / cloud_.metric[i][c];
       subtract_moments(i, a, b);
     }
     const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
@@ -70,7 +68,7 @@ class Component {
         double* out = y.data() + rows * i;
         out[0] = sum;
         for (int b = 0; b < D_; ++b)
-          out[1 + b] = 0.5 * moment[b] / cloud_.spacing[i] + softness * diagonal_m_[i] * p[rows * i + 1 + b];
+          out[1 + b] = 0.5 * moment[b] / cloud_.metric[i][b] + softness * diagonal_m_[i] * p[rows * i + 1 + b];
       }
     };
     const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
@@ -99,7 +97,7 @@ class Component {
     for (int i = 0; i < cloud_.owned; ++i) {
       const double* p = z.data() + static_cast<std::size_t>(1 + D_) * i;
       psi_[i] = p[0];
-      for (int b = 0; b < D_; ++b) m_[i][b] = p[1 + b] / cloud_.spacing[i];
+      for (int b = 0; b < D_; ++b) m_[i][b] = p[1 + b] / cloud_.metric[i][b];
     }
     cloud_.halo.update(std::span<double>(psi_));
     cloud_.halo.update(std::span<Vec3>(m_));
@@ -108,7 +106,7 @@ class Component {
   void subtract_moments(int i, std::span<const double> a, double* b) const {
     for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
       b[0] -= a[n];
-      for (int k = 0; k < D_; ++k) b[1 + k] -= 0.5 * a[n] * offset(i, n)[k] / cloud_.spacing[i];
+      for (int k = 0; k < D_; ++k) b[1 + k] -= 0.5 * a[n] * offset(i, n)[k] / cloud_.metric[i][k];
     }
   }
 
@@ -138,8 +136,8 @@ class Component {
       for (std::size_t i = 0; i < r.size(); ++i) y[i] = r[i] / diagonal_[i];
     };
     double size = 0;
-    for (int i = 0; i < cloud_.owned; ++i) size = std::max(size, std::pow(cloud_.spacing[i], D_ - 1));
-    size = max(cloud_.comm, size) * cloud_.cross_section * std::sqrt(static_cast<double>(cloud_.count));
+    for (int i = 0; i < cloud_.owned; ++i) size = std::max(size, face_size(cloud_, i)[c]);
+    size = max(cloud_.comm, size) * std::sqrt(static_cast<double>(cloud_.count));
     const auto solved =
         conjugate_gradients(cloud_.comm, laplacian, scaling, R, z,
                             {.relative = 1e-13, .absolute = 1e-15 * size, .iterations = most_polish_iterations});
@@ -158,6 +156,21 @@ class Component {
   std::vector<Vec3> m_;
   std::vector<double> diagonal_, diagonal_m_;  // of the rows of psi and m
 };
+
+/// 2 V_i V_j F |xi|^2 of the kernel in the metric, xi = x_ji / s_ij, scaled to sum_j w_ij = 2 D V_i.
+std::vector<double> kernel_moments(const Cloud& cloud, const Neighbours& neighbours) {
+  std::vector<double> w(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      const int j = neighbours.column[n];
+      const double square = square_in_spacings(cloud, neighbours, i, n);
+      w[n] = cloud.volume[i] * cloud.volume[j] / cell_size(cloud, i, j) *
+             cubic_spline_F(std::sqrt(square), smoothing, cloud.dimension) * square;
+    }
+  }
+  scale_sums(cloud, neighbours, std::span(cloud.volume).first(cloud.owned), w);
+  return w;
+}
 
 void require_closed_surface(const Cloud& cloud) {
   // The faces would come out all the same, with a source of error that nothing else shows.
@@ -183,11 +196,11 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const V
       total += area[n];
       for (int c = 0; c < D; ++c) moment[c] += 0.5 * area[n][c] * r;
     }
-    report.residual =
-        std::max(report.residual, norm(total) / (std::pow(cloud.spacing[i], D - 1) * cloud.cross_section));
+    report.residual = std::max(report.residual, norm(quotient(total, face_size(cloud, i))));
     for (int c = 0; c < D; ++c) {
       Vec3 off = (1 / cloud.volume[i]) * moment[c];
       off[c] -= 1;
+      for (int b = 0; b < D; ++b) off[b] *= cloud.metric[i][c] / cloud.metric[i][b];
       squares[i] += dot(off, off) / (D * D);
     }
   }
@@ -205,16 +218,19 @@ Faces virtual_faces(const Cloud& cloud, FaceReport& report) {
   const Neighbours neighbours = find_neighbours(cloud, sph_support(smoothing));
   require_neighbours(cloud, neighbours);
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
-  std::vector<double> g = sph_base_weights(cloud, neighbours, cloud.volume, smoothing);
-  scale_traces(cloud, neighbours, std::span(cloud.volume).first(cloud.owned), g);
+  const std::vector<double> w = kernel_moments(cloud, neighbours);
 
-  Component component(cloud, neighbours, g);
-  std::vector<Vec3> area(g.size());
-  std::vector<double> a(g.size());
+  Component component(cloud, neighbours, w);
+  std::vector<Vec3> area(w.size());
+  std::vector<double> a(w.size());
   for (int c = 0; c < cloud.dimension; ++c) {
-    for (int i = 0; i < cloud.owned; ++i)
-      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
-        a[n] = g[n] * (cloud.x[neighbours.column[n]][c] - cloud.x[i][c]);
+    for (int i = 0; i < cloud.owned; ++i) {
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+        const int j = neighbours.column[n];
+        const Vec3 s = cloud.mean_metric(i, j), xi = quotient(cloud.x[j] - cloud.x[i], s);
+        a[n] = w[n] / dot(xi, xi) * xi[c] / s[c];
+      }
+    }
     report.iterations += component.solve(c, a);
     for (std::size_t n = 0; n < a.size(); ++n) area[n][c] = a[n];
   }

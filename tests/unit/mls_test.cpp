@@ -17,7 +17,7 @@ namespace {
 /// Points in general position around the origin, unit spacing, and their radii.
 struct Scatter {
   std::vector<Vec3> x;
-  std::vector<double> R;
+  std::vector<Vec3> R;
 };
 
 Scatter scatter(int dimension, double radius, double uneven = 0.2) {
@@ -30,7 +30,7 @@ Scatter scatter(int dimension, double radius, double uneven = 0.2) {
         Vec3 x{i + 0.4 * (u.x - 0.5), j + 0.4 * (u.y - 0.5), k + 0.4 * (u.z - 0.5)};
         for (int a = dimension; a < 3; ++a) x[a] = 0;
         const double R = radius * (1 + uneven * (u.z - 0.5));
-        if (norm(x) < R) s.x.push_back(x), s.R.push_back(R);
+        if (norm(x) < R) s.x.push_back(x), s.R.push_back({R, R, R});
       }
     }
   }
@@ -133,7 +133,7 @@ TEST(MovingLeastSquares, MoveTurnAndScaleWithTheirPoints) {
 TEST(MovingLeastSquares, RefuseTooFewPointsAndPointsOnALineOrPlane) {
   std::vector<double> phi(9);
   std::vector<Vec3> gradient(9);
-  const std::vector<double> R(9, 3.0);
+  const std::vector<Vec3> R(9, {3, 3, 3});
   const std::vector<Vec3> line = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   const std::vector<Vec3> plane = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}};
   const auto fits = [&](int dimension, int degree, std::span<const Vec3> x) {

@@ -1,0 +1,196 @@
+// Weights of lattices of unequal spacings: every line of points along an axis is a rod.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "base/error.hpp"
+#include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/correction.hpp"
+
+namespace calor {
+namespace {
+
+/// Points p < q of a line, by their indices; those below 0 and beyond the last are mirror images.
+using LinePair = std::pair<std::int64_t, std::int64_t>;
+
+/// Which ends of a line have images beyond them.
+struct Ends {
+  bool low = false, high = false;
+};
+
+/// A line of points along an axis: the forces of its pairs.
+class Line {
+ public:
+  /// For pairs of the points first .. last, `most` intervals apart at most.
+  Line(const Lattice& lattice, int axis, const LineForce& force, std::int64_t most, LinePair range)
+      : lattice_(lattice), axis_(axis), n_(lattice.box().points[axis]), force_(force) {
+    // The scale is that of a line with images beyond both ends, whether they are there or not: so it is the same for
+    // points that see the end and points that do not. Points on the walls have none.
+    const std::int64_t beyond = lattice.box().on_walls ? 0 : most;
+    begin_ = std::max(range.first - 3 * most, -beyond);
+    const std::int64_t end = std::min(range.second + 3 * most, n_ - 1 + beyond);
+    const auto intervals = static_cast<std::size_t>(std::max<std::int64_t>(0, end - begin_));
+    stress_.assign(intervals, 0), carried_.assign(intervals, {});
+    const auto for_each_pair = [&](const auto& use) {
+      for (std::int64_t p = begin_; p < end; ++p)
+        for (std::int64_t q = p + 1; q <= std::min(end, p + most); ++q) use(p, q);
+    };
+    for_each_pair([&](std::int64_t p, std::int64_t q) {
+      const double f = unscaled(p, q);
+      for (std::int64_t k = p; k < q; ++k) stress_[k - begin_] += f;
+    });
+    for_each_pair([&](std::int64_t p, std::int64_t q) {
+      const double f = scaled(p, q);
+      for (std::int64_t k = p; k < q; ++k) {
+        Carried& c = carried_[k - begin_];
+        (p < 0 ? c.by_low : q >= n_ ? c.by_high : c.inside) += f;
+      }
+    });
+  }
+
+  double force(LinePair pair, const Ends& ends) const {
+    // Pairs that are each other's image are one, so that (i, j) and (j, i) have the same bits.
+    auto [p, q] = pair;
+    if (p < 0 && -1 - p < q) std::tie(p, q) = std::pair(-1 - q, -1 - p);
+    if (q >= n_ && 2 * n_ - 1 - q > p) std::tie(p, q) = std::pair(2 * n_ - 1 - q, 2 * n_ - 1 - p);
+    const double f = scaled(p, q);
+    if (q > p + 1) return f;
+    const Carried& c = carried_[p - begin_];
+    return f + std::max(0.0, 1 - c.inside - (ends.low ? c.by_low : 0) - (ends.high ? c.by_high : 0));
+  }
+
+ private:
+  /// Sums of the scaled forces across an interval, of pairs of points and of pairs with images.
+  struct Carried {
+    double inside = 0, by_low = 0, by_high = 0;
+  };
+
+  /// The point whose image it is, or itself.
+  std::int64_t original(std::int64_t p) const { return p < 0 ? -1 - p : p >= n_ ? 2 * n_ - 1 - p : p; }
+  double coordinate(std::int64_t p) const {
+    const auto& box = lattice_.box();
+    const double x = lattice_.coordinate(axis_, original(p)), low = box.origin[axis_];
+    return p < 0 ? 2 * low - x : p >= n_ ? 2 * (low + box.size[axis_]) - x : x;
+  }
+  double unscaled(std::int64_t p, std::int64_t q) const {
+    const double s = 0.5 * (lattice_.spacing(axis_, original(p)) + lattice_.spacing(axis_, original(q)));
+    return force_(q - p, coordinate(q) - coordinate(p), s);
+  }
+  double scaled(std::int64_t p, std::int64_t q) const {
+    const double f = unscaled(p, q);
+    if (f == 0) return 0;
+    return f / *std::max_element(stress_.begin() + (p - begin_), stress_.begin() + (q - begin_));
+  }
+
+  const Lattice& lattice_;
+  int axis_;
+  std::int64_t n_;
+  const LineForce& force_;
+  std::int64_t begin_;
+  std::vector<double> stress_;  // of the intervals from begin_ on: the sum of the forces across them
+  std::vector<Carried> carried_;
+};
+
+/// A pair of points on a line along an axis.
+struct OnLine {
+  int axis;
+  LinePair pair;
+};
+
+/// Entry n in row i, if both its points lie on a line.
+std::optional<OnLine> on_line(const Lattice& lattice, const Cloud& cloud, const Neighbours& neighbours, int i,
+                              std::int64_t n) {
+  // Coordinates along the axes are the same to the last bit, so most pairs are told by a look.
+  const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n);
+  if ((x_ji.x != 0) + (x_ji.y != 0) + (x_ji.z != 0) != 1) return std::nullopt;
+  const LatticeIndex at_i = lattice.index(cloud.id[i]);
+  LatticeIndex at_j = lattice.index(cloud.id[neighbours.column[n]]);
+  if (const std::uint8_t walls = neighbours.image.empty() ? 0 : neighbours.image[n]; walls != 0) {
+    for (int a = 0; a < cloud.dimension; ++a) {
+      if (walls >> 2 * a & 1) at_j[a] = -1 - at_j[a];
+      if (walls >> 2 * a & 2) at_j[a] = 2 * lattice.box().points[a] - 1 - at_j[a];
+    }
+  }
+  const int axis = x_ji.x != 0 ? 0 : x_ji.y != 0 ? 1 : 2;
+  return OnLine{axis, std::minmax(at_i[axis], at_j[axis])};
+}
+
+/// Calls use(n, its line) for the entries of row i whose points lie on a line.
+template <class Use>
+void for_each_on_line(const Lattice& lattice, const Cloud& cloud, const Neighbours& neighbours, int i, const Use& use) {
+  for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+    if (const auto found = on_line(lattice, cloud, neighbours, i, n)) use(n, *found);
+}
+
+/// Refuses points next to each other along an axis that are no neighbours, as a horizon in metres may leave them.
+void require_next(const Cloud& cloud, const Neighbours& neighbours) {
+  const Lattice& lattice = *cloud.lattice;
+  collective_try(cloud.comm, [&] {
+    for (int i = 0; i < cloud.owned; ++i) {
+      const LatticeIndex at = lattice.index(cloud.id[i]);
+      std::array<bool, 3> next = {};
+      for_each_on_line(lattice, cloud, neighbours, i, [&](std::int64_t, const OnLine& is) {
+        next[is.axis] |= is.pair == LinePair{at[is.axis], at[is.axis] + 1};
+      });
+      for (int a = 0; a < cloud.dimension; ++a) {
+        if (next[a] || lattice.highest(at, a)) continue;
+        throw Error(
+            Fault::bad_case,
+            fmt::format("points along {} are {:.6g} m apart at {:.6g} m, farther than a point sees", "xyz"[a],
+                        lattice.coordinate(a, at[a] + 1) - lattice.coordinate(a, at[a]), lattice.coordinate(a, at[a])),
+            "use a larger horizon, or give it as a multiple of the spacing");
+      }
+    }
+  });
+}
+
+}  // namespace
+
+std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& neighbours, const LineForce& force,
+                                         CorrectionReport& report) {
+  const Lattice& lattice = *cloud.lattice;
+  require_next(cloud, neighbours);
+  std::array<LinePair, 3> range;
+  range.fill({std::numeric_limits<std::int64_t>::max(), -1});
+  std::int64_t most = 1;
+  for (int i = 0; i < cloud.owned; ++i) {
+    const LatticeIndex at = lattice.index(cloud.id[i]);
+    for (int a = 0; a < 3; ++a) range[a] = {std::min(range[a].first, at[a]), std::max(range[a].second, at[a])};
+    for_each_on_line(lattice, cloud, neighbours, i,
+                     [&](std::int64_t, const OnLine& is) { most = std::max(most, is.pair.second - is.pair.first); });
+  }
+  most = max(cloud.comm, most);
+  std::vector<Line> lines;
+  for (int a = 0; a < cloud.dimension; ++a) lines.emplace_back(lattice, a, force, most, range[a]);
+
+  std::vector<double> G(neighbours.column.size());
+  for (int i = 0; i < cloud.owned; ++i) {
+    const LatticeIndex at = lattice.index(cloud.id[i]);
+    // A point that no image reaches has no pair on whose force images bear.
+    std::array<Ends, 3> ends = {};
+    for_each_on_line(lattice, cloud, neighbours, i, [&](std::int64_t, const OnLine& is) {
+      ends[is.axis].low |= is.pair.first < 0;
+      ends[is.axis].high |= is.pair.second >= lattice.box().points[is.axis];
+    });
+    for_each_on_line(lattice, cloud, neighbours, i, [&](std::int64_t n, const OnLine& is) {
+      double face = cloud.cross_section;
+      for (int a = 0; a < cloud.dimension; ++a)
+        if (a != is.axis) face *= lattice.width(a, at[a]);
+      const double distance = std::abs(neighbours.x_ji(cloud.x, i, n)[is.axis]);
+      G[n] = face * lines[is.axis].force(is.pair, ends[is.axis]) / distance;
+    });
+  }
+  report = {.lattice_shortcut = true, .pairs = total(cloud.comm, static_cast<std::int64_t>(G.size()))};
+  report.residual = largest_residual(cloud, neighbours, G);
+  return G;
+}
+
+}  // namespace calor
