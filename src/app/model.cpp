@@ -107,6 +107,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     phases.measure("weights",
                    [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
+  discretisation.weights_are_positive =
+      m.weights.contains("negative_weights") && number(m.weights, "negative_weights") == 0;
   std::ranges::copy(discretisation.notes, std::back_inserter(m.notes));
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);

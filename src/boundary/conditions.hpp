@@ -22,6 +22,8 @@ class SurfaceFlux {
   virtual bool depends_on_temperature() const = 0;  ///< false: q is prescribed
   virtual bool linear_in_temperature() const = 0;   ///< dq/dT does not depend on T
   virtual bool derivative_depends_on_time() const { return false; }
+  /// Does it draw the surface towards the ambient temperature and no farther?
+  virtual bool draws_to_ambient() const { return false; }
   virtual std::vector<double> events() const = 0;
   /// Ambient temperatures at time t, for the range of temperatures to expect; empty for a plain flux.
   virtual std::vector<double> ambient(std::span<const Vec3> x, double t) const = 0;

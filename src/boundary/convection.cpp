@@ -23,6 +23,7 @@ class Convection final : public SurfaceFlux {
     for (std::size_t i = 0; i < n; ++i) dq_dT[i] = slope[i] * (ambient[i] - args.T[i]) - h[i];
   }
   bool depends_on_temperature() const override { return true; }
+  bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
   std::vector<double> events() const override { return events_of(h_, ambient_); }

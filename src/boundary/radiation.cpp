@@ -34,6 +34,7 @@ class Radiation final : public SurfaceFlux {
     }
   }
   bool depends_on_temperature() const override { return true; }
+  bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return false; }
   std::vector<double> events() const override { return events_of(emissivity_, ambient_); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
 
 #include "base/units.hpp"
@@ -99,6 +100,10 @@ bool read_flag(const Value& value, const Key& key) {
 
 long read_integer(const Value& value, const Key& key) {
   if (value.type != Value::Type::integer) refuse_type(value, key);
+  constexpr long most = std::numeric_limits<int>::max();  // nothing counts farther
+  if (value.integer > most || value.integer < -most)
+    refuse_value(value, fmt::format("'{}' cannot be {}", key.name, value.integer),
+                 fmt::format("write a whole number of at most {}", most));
   return value.integer;
 }
 

@@ -113,6 +113,7 @@ Rings rings_from(const Table& cloud) {
 }  // namespace
 
 Points make_rings(MPI_Comm comm, const Rings& rings) {
+  refuse_too_many(comm, std::pow(rings.rings, 2.0) * std::max(1, rings.levels));  // at least that many
   const RingLattice lattice(rings);
   const bool solid = rings.levels > 0;
   const int levels = solid ? rings.levels : 1;

@@ -31,13 +31,13 @@ std::string automatic(const Table& time, HeatSystem& system, State& start) {
   return euler_steps > many ? "tr-bdf2" : "rkl2";
 }
 
-/// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
+/// Euler's stability at the start; the integrator goes on to watch it as the state changes.
 /// Returns a note where the step is stable, but temperatures may overshoot.
 std::vector<std::string> check_step(const Table& time, HeatSystem& system, State& start, double step) {
   const double bound = system.explicit_rate_bound(start.t, start.T);
   if (step * bound <= 2 * (1 + 1e-9)) return {};
-  const double limit = 2 / (system.frozen_jacobian_is_symmetric() ? system.largest_rate(start.t, start.T) : bound);
-  if (step > limit)
+  const double limit = system.euler_limit(start.t, start.T);
+  if (step > limit * (1 + 1e-9))
     time.refuse("step",
                 fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
                 fmt::format("take at most {:.3g} s, leave the step out, or choose another integrator", 2 / bound));

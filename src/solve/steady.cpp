@@ -106,6 +106,8 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   if (!(relative > 0))
     steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
   const int most_iterations = static_cast<int>(steady.integer("iterations"));
+  if (most_iterations < 1)
+    steady.refuse("iterations", fmt::format("{} iterations", most_iterations), "give at least 1");
 
   SteadyState equations(system, relative);
   Newton newton(system, equations.equations(), true);
