@@ -173,7 +173,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
 
   // What a case can be refused for has been refused: from here on files are written.
   log.open(options.folder);
-  forget_report(comm, options.folder);
+  set_report_aside(comm, options.folder);
   for (const auto& observer : observers) observer->begin();
   say(spdlog::level::debug, fmt::format("integrator {}", result.texts["integrator"]));
   try {

@@ -146,6 +146,9 @@ class HeatSystem {
   void require_finite(double t, std::span<const double> u) const;
   /// Anything that fixes the level of a steady temperature (prescribed temperature, convection, radiation)? Collective.
   bool level_is_fixed() const;
+  /// A point of a part of the body that neither conducts to the rest nor has anything of its own that fixes its level,
+  /// near temperatures T of the owned points; nothing where there is none. Collective.
+  std::optional<Vec3> loose_part(std::span<const double> T);
 
  private:
   /// How the temperature of an owned point follows: from its heat balance, or from one of two kinds of constraint.

@@ -47,6 +47,21 @@ std::vector<std::string> check_step(const Table& time, HeatSystem& system, State
       time.location("step").text(), step, 2 / bound, limit)};
 }
 
+/// Refuses what would take steps without end: by a source that is too fast, or by the limit of explicit steps.
+void refuse_endless(const Table& time, HeatSystem& system, State& start, const IntegratorKind& kind, double longest) {
+  constexpr double most = 1e9, most_of_super_steps = 1e12;  // Euler's steps; rkl2 makes hundreds of them one
+  const double end = time.number("end");
+  if (end / longest > most)
+    time.refuse("end",
+                fmt::format("a moving source that is resolved takes {:.3g} steps of {:.3g} s", end / longest, longest),
+                "check its speed and size, or end earlier");
+  if (!kind.is_explicit || time.has("step")) return;
+  const double steps = end * system.explicit_rate_bound(start.t, start.T) / 2;
+  if (steps > (kind.name == "euler" ? most : most_of_super_steps))
+    time.refuse("integrator", fmt::format("to its end the run takes {:.3g} stable steps of explicit Euler", steps),
+                "take integrator = \"tr-bdf2\", and look for properties or heat transfer of an absurd size");
+}
+
 }  // namespace
 
 std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, State& start) {
@@ -79,6 +94,7 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     (key == std::string("step") ? options.step : options.tolerance) = time.number(key);
   }
   const double longest = system.longest_step(0, time.number("end"));
+  refuse_endless(time, system, start, kind, longest);
   std::vector<std::string> notes;
   if (options.step && *options.step > longest * (1 + 1e-9))
     notes.push_back(

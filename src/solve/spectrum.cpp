@@ -93,7 +93,7 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
   if (material().mean() == Mean::integral)
     collective_try(cloud_.comm, [&] {
       const std::span<const double> k = at_.at(Evaluation::nodes).k();
-      for (int i = 0; i < cloud_.owned; ++i) scale[i] = 1 / std::sqrt(k[i]);
+      for (int i = 0; i < cloud_.owned; ++i) scale[i] = k[i] > 0 ? 1 / std::sqrt(k[i]) : 1;
     });
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;
   const petsc::Vector x = petsc::create_vector(J), y = petsc::create_vector(J);

@@ -70,7 +70,7 @@ bool Stepper::leaves_range(HeatSystem& system, double t, double t_new, std::span
 void require_motion(double t, double t_new) {
   if (t_new > t) return;
   throw Error(Fault::numbers, fmt::format("steps have become so short that time stands still at t = {:.6g} s", t),
-              "look for properties, sources or boundary conditions of an absurd size, or for a run-away");
+              "look for properties, conditions, sources or an end of an absurd size, or for a run-away");
 }
 
 double Stepper::tolerance(HeatSystem& system, const State& state) {
