@@ -80,6 +80,7 @@ Observers make_observers(const RunSetup& run);
 std::unique_ptr<Observer> make_progress(const RunSetup& run);
 std::unique_ptr<Observer> make_weld_log(const RunSetup& run);
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run);
+std::unique_ptr<Observer> make_balance_log(const RunSetup& run);
 std::unique_ptr<Observer> make_probe_log(const RunSetup& run);
 std::unique_ptr<Observer> make_fields(const RunSetup& run);
 std::unique_ptr<Observer> make_steady_stop(const RunSetup& run);

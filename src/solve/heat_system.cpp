@@ -88,6 +88,28 @@ void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::s
     if (role_[i] == Role::massless) F[i] = 0;
 }
 
+std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {
+  std::vector<double> F(cloud_.owned), power(accounts_.size()), C(cloud_.owned);
+  rate(t, u, F, power);
+  capacity(u, C);
+  collective_try(cloud_.comm, [&] {
+    for (const PrescribedTerm& term : conditions_.temperatures) {
+      if (term.point.empty()) continue;  // held by mirror images, which book their heat
+      // A wall whose temperature changes holds more or less heat: C dT/dt, by a difference backwards in time.
+      const double dt = 1e-6 * t;
+      std::vector<double> now(term.x.size()), before = now;
+      term.temperature.evaluate({.x = term.x, .t = t}, now);
+      term.temperature.evaluate({.x = term.x, .t = t - dt}, before);
+      for (std::size_t n = 0; n < term.point.size(); ++n) {
+        const int i = term.point[n];
+        const double held = now[n] != before[n] ? C[i] * (now[n] - before[n]) / dt : 0;
+        power[term.account] += term.share[n] * (held - F[i]);
+      }
+    }
+  });
+  return sums(cloud_.comm, power, static_cast<int>(power.size()));
+}
+
 void HeatSystem::energy(std::span<const double> u, std::span<double> E) {
   at_.begin(0, u);
   collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, E, {}); });

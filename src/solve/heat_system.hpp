@@ -45,6 +45,7 @@ class HeatSystem {
   bool subdomains_overlap() const { return discretisation_.subdomains != nullptr; }
   /// Names of what heat comes in by: boundaries, then sources.
   const std::vector<std::string>& accounts() const { return accounts_; }
+  const Conditions& conditions() const { return conditions_; }
   int boundary_accounts() const;  ///< how many of the accounts are boundaries; the rest are sources
 
   /// State at time t from temperatures of the owned points; walls are not yet imposed. Collective.
@@ -56,6 +57,10 @@ class HeatSystem {
   /// their reaction; 0 at points that hold no heat); power[a] = this rank's share by account a, W, without reactions.
   /// Updates the ghosts of u. Collective; throws Error on all ranks alike.
   void rate(double t, std::span<double> u, std::span<double> F, std::span<double> power);
+
+  /// Heat flow into the body by every account, W, with what prescribed temperatures take to hold. Updates the ghosts of
+  /// u. Collective.
+  std::vector<double> heat_flows(double t, std::span<double> u);
 
   // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of u up to date. Collective.
   void energy(std::span<const double> u, std::span<double> E);
