@@ -45,8 +45,10 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | layers | `{ layers = [0.2, 0.15], along = "z", thickness = ["1 mm", "2 mm"], start = "0 mm", unit = "W/(m K)" }` |
 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
-in `[parameter]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and functions such as sqrt, exp, ln, log10, sin,
-cos, tan, abs, min, max, pow, mod, floor and erf. `length`, `time` and `temperature` are the units of its variables (default m, s, K);
+in `[parameter]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and the functions sqrt, cbrt,
+pow, exp, ln and log (both natural), log2, log10, sin, cos, tan, asin, acos, atan, atan2(y, x), sinh, cosh, tanh, asinh, acosh, atanh,
+abs, sign, floor, ceil, rint (to the nearest whole number), mod (periodic in its first argument), erf, erfc, min, max, sum and avg
+(of any number of arguments). `length`, `time` and `temperature` are the units of its variables (default m, s, K);
 `breaks` are the times at which it jumps: steps land on them.
 
 A table goes by temperature or by time: `of` tells. Without it the unit `temperature` or `time` of its rows does; otherwise

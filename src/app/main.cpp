@@ -4,8 +4,10 @@
 #include <spdlog/spdlog.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <functional>
+#include <thread>
 
 #include "app/doc.hpp"
 #include "app/run.hpp"
@@ -31,9 +33,10 @@ int run_verb(const CommandLine& a, MPI_Comm comm) {
   const std::string folder = a.folder.empty() ? "results/" + c.name() : a.folder;
   catch_interrupts();
   const RunResult result = run(c, comm, {.folder = folder, .quiet = a.quiet});
-  if (rank_of(comm) == 0 && !a.quiet) {
-    for (const Verdict& v : result.verdicts) fmt::print("{}\n", line(v));
-    fmt::print("results in {}\n", folder);
+  if (rank_of(comm) == 0) {
+    for (const Verdict& v : result.verdicts)
+      if (!a.quiet || !v.passed) fmt::print("{}\n", line(v));
+    if (!a.quiet) fmt::print("results in {}\n", folder);
   }
   if (result.interrupted_by) return 128 + result.interrupted_by;
   return result.passed() ? 0 : 1;
@@ -91,7 +94,7 @@ int main(int argc, char** argv) {
     verb->add_option("-j", a.ranks, "number of processes")->check(CLI::Range(1, 1 << 20));
   }
   run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
-  run->add_flag("--quiet", a.quiet, "print errors only");
+  run->add_flag("--quiet", a.quiet, "print errors and failed expectations only");
 
   CLI::App* verify = app.add_subcommand("verify", "run cases and compare with what they expect");
   verify->add_option("CASE|FOLDER", a.paths, "default: cases");
@@ -118,6 +121,10 @@ int main(int argc, char** argv) {
       return 0;
     }
     if (a.ranks > 1) {
+      const int most = std::max(64, 4 * static_cast<int>(std::thread::hardware_concurrency()));
+      if (a.ranks > most)
+        throw Error(Fault::command, fmt::format("-j {} are too many processes for this machine", a.ranks),
+                    fmt::format("take at most {}", most));
       Case::read(a.case_file, schema(), a.overrides);  // a wrong case is told once, before any rank starts
       std::vector<std::string> words;
       for (int n = 1; n < argc; ++n) {

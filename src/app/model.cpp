@@ -38,6 +38,29 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   return {.low = low, .high = high, .reference = driving_mean};
 }
 
+/// Says where the temperatures of the start, walls and ambients are lowest, if that is below absolute zero. Collective.
+std::vector<std::string> note_on_absolute_zero(const Cloud& cloud, const Conditions& conditions,
+                                               const std::vector<double>& T_start) {
+  struct Coldest {
+    double T = 0;
+    Vec3 x;
+  } mine;
+  const auto see = [&](double T, const Vec3& x) {
+    if (T < mine.T) mine = {T, x};
+  };
+  for (std::size_t i = 0; i < T_start.size(); ++i) see(T_start[i], cloud.x[i]);
+  collective_try(cloud.comm, [&] {
+    for (const PrescribedTerm& term : conditions.temperatures)
+      for (const Vec3& x : term.x) see(term.temperature(x), x);
+  });
+  const std::vector<Coldest> all = gather(cloud.comm, std::vector<Coldest>{mine});
+  const Coldest& coldest = *std::ranges::min_element(all, {}, &Coldest::T);
+  if (coldest.T >= 0) return {};
+  return {fmt::format("temperatures of the case go down to {:.6g} K at ({:.6g}, {:.6g}, {:.6g}) m, below absolute zero: "
+                      "right only where nothing but differences of temperature counts",
+                      coldest.T, coldest.x.x, coldest.x.y, coldest.x.z)};
+}
+
 /// Refuses [output] keys that make no sense. `end` of the run, s.
 void check_output(const Table& output, double end) {
   if (output.integer("samples") < 1)
@@ -45,6 +68,12 @@ void check_output(const Table& output, double end) {
   if (output.has("every") && !(output.number("every") > 0))
     output.refuse("every", fmt::format("a time of {} s is not positive", output.number("every")),
                   "give a positive one");
+  constexpr double most_fields = 10'000;
+  if (output.has("every") && end / output.number("every") > most_fields)
+    output.refuse("every",
+                  fmt::format("fields every {:g} s would be {:.3g} in {:g} s", output.number("every"),
+                              end / output.number("every"), end),
+                  fmt::format("write them at most {:g} times: a row of probes.csv costs less", most_fields));
   for (double t : output.has("times") ? output.numbers("times") : std::vector<double>{})
     if (!(t >= 0 && t <= end * (1 + 1e-12)))
       output.refuse("times", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),
@@ -92,6 +121,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   for (std::size_t n = 0; n < conditions.areas.size(); ++n)
     if (conditions.areas[n] > 0) m.heated_areas.emplace_back(conditions.accounts[n], conditions.areas[n]);
   for (const auto& source : sources) std::ranges::copy(source->notes, std::back_inserter(m.notes));
+  std::ranges::copy(note_on_absolute_zero(*m.cloud, conditions, m.T_start), std::back_inserter(m.notes));
   double driving_mean = 0;
   TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
   if (!c.root().has("initial")) {
@@ -109,6 +139,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     phases.measure("weights",
                    [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
   });
+  discretisation.weights_are_positive =
+      m.weights.contains("negative_weights") && number(m.weights, "negative_weights") == 0;
   std::ranges::copy(discretisation.notes, std::back_inserter(m.notes));
   if (const auto note = note_of_jumps(*m.cloud, *discretisation.conduction, materials.front(), m.T_start))
     m.notes.push_back(*note);
@@ -123,10 +155,17 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                     negative, number(m.weights, "pairs"), number(m.weights, "most_negative_weight")));
   m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(discretisation), std::move(materials),
                                           std::move(conditions), std::move(sources));
-  if (steady && !m.system->level_is_fixed())
-    c.root().refuse(
-        "steady", "nothing fixes the level of a steady temperature",
-        "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]");
+  if (steady) {
+    const std::string cure =
+        "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]";
+    if (!m.system->level_is_fixed()) c.root().refuse("steady", "nothing fixes the level of a steady temperature", cure);
+    if (const auto loose = m.system->loose_part(m.T_start))
+      c.root().refuse("steady",
+                      fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
+                                  "{:.6g}) m, which is cut off from the rest",
+                                  loose->x, loose->y, loose->z),
+                      cure);
+  }
   return m;
 }
 

@@ -181,13 +181,18 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
 
   // What a case can be refused for has been refused: from here on files are written.
   log.open(options.folder);
-  forget_report(comm, options.folder);
+  set_report_aside(comm, options.folder);
   for (const auto& observer : observers) observer->begin();
   say(spdlog::level::debug, fmt::format("integrator {}", result.texts["integrator"]));
-  if (integrator)
-    march(setup, state, *integrator, observers, result);
-  else
-    solve(setup, state, observers, result);
+  try {
+    if (integrator)
+      march(setup, state, *integrator, observers, result);
+    else
+      solve(setup, state, observers, result);
+  } catch (const Error& e) {
+    if (e.fault() != Fault::bad_case) throw;
+    throw Error(Fault::numbers, e.location(), e.problem(), e.cure());  // the case went well until here
+  }
   add_numbers(model, state, result);
   Moment end(system, state);
   end.interrupted_by = result.interrupted_by;

@@ -44,6 +44,7 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
   if (!next_line())
     throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, "the file is empty",
                 "the first line names the columns: x [m],T [K]");
+  const int header = line_number_;
   if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
   split();
   for (const auto head : cells_) columns_.push_back(parse_column(head));
@@ -58,6 +59,7 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
   end_ = rows + (size - rows) * (part + 1) / parts;
   in_.clear();
   after_ = begin;
+  knows_line_ = part == 0;
   if (part > 0) {  // the row that begin falls into belongs to the part before
     in_.seekg(begin - 1);
     std::string rest;
@@ -66,6 +68,7 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
   } else {
     in_.seekg(begin);
   }
+  line_number_ = header;
   cells_.clear();
 }
 
@@ -138,6 +141,7 @@ std::int64_t CsvReader::integer(int column) const {
 }
 
 SourceLocation CsvReader::location() const {
+  if (knows_line_) return {.file = path_, .line = line_number_};
   // Counted only when somebody asks: a part in the middle of a file does not know how many lines came before it.
   std::ifstream again(path_, std::ios::binary);
   std::string line;
@@ -157,6 +161,7 @@ SourceLocation CsvReader::location(int column) const {
 bool CsvReader::next_line() {
   while (after_ < end_ && std::getline(in_, line_)) {
     at_ = after_;
+    ++line_number_;
     after_ += static_cast<std::int64_t>(line_.size()) + 1;
     const auto s = trim(line_);
     if (!s.empty() && s.front() != '#') return true;

@@ -20,6 +20,8 @@ void define_functions(mu::Parser& parser) {
   parser.DefineFun(
       "ceil", +[](double a) { return std::ceil(a); });
   parser.DefineFun(
+      "cbrt", +[](double a) { return std::cbrt(a); });
+  parser.DefineFun(
       "erf", +[](double a) { return std::erf(a); });
   parser.DefineFun(
       "erfc", +[](double a) { return std::erfc(a); });

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
@@ -42,10 +43,39 @@ ut_system* units() {
   return system.get();
 }
 
-Unit parse(const std::string& name) {
-  Unit unit(ut_parse(units(), trimmed(name).c_str(), UT_UTF8));
+/// Does it say more than a unit? udunits2 takes 'K @ 5' and 'K from 5' for a unit with another origin, 'K 5' for one
+/// five times as large.
+bool says_more(const std::string& name) {
+  if (name.find('@') != name.npos) return true;
+  std::istringstream words(name);
+  for (std::string word; words >> word;) {
+    for (const char* origin : {"from", "since", "after", "ref"})
+      if (word == origin) return true;
+    if (word[0] >= '0' && word[0] <= '9' && word != name) return true;
+  }
+  return false;
+}
+
+/// The unit that was meant, if it can be told: 'C' is a coulomb, 'mK' a millikelvin.
+std::string hint(const std::string& name, const std::string& wanted) {
+  const auto letters = [](const std::string& unit) {
+    std::string bare;
+    for (const char c : unit)
+      if (std::string(" ()^*.").find(c) == std::string::npos) bare += c;
+    return bare;
+  };
+  std::string meant;
+  if (trimmed(name) == "C" || trimmed(name) == "F") meant = "deg" + trimmed(name);
+  if (letters(name) == letters(wanted)) meant = wanted;
+  return meant.empty() || meant == trimmed(name) ? "" : " (did you mean '" + meant + "'?)";
+}
+
+Unit parse(const std::string& name, const std::string& wanted = {}) {
+  Unit unit(says_more(name) ? nullptr : ut_parse(units(), trimmed(name).c_str(), UT_UTF8));
   if (!unit) {
-    throw std::invalid_argument("'" + name + "' is not a unit; units look like 'W/(m K)', 'J/(kg K)', 'mm' or 'degC'");
+    const std::string meant = hint(name, wanted);
+    throw std::invalid_argument("'" + name + "' is not a unit" +
+                                (meant.empty() ? "; units look like 'W/(m K)', 'J/(kg K)', 'mm' or 'degC'" : meant));
   }
   return unit;
 }
@@ -56,7 +86,7 @@ const cv_converter* converter(const std::string& from, const std::string& to) {
   static std::map<std::pair<std::string, std::string>, Converter> known;
   Converter& entry = known[{from, to}];
   if (!entry) {
-    const Unit a = parse(from), b = parse(to);
+    const Unit a = parse(from, to), b = parse(to);
     entry.reset(ut_get_converter(a.get(), b.get()));
   }
   if (!entry) {
@@ -64,7 +94,7 @@ const cv_converter* converter(const std::string& from, const std::string& to) {
     if (trimmed(to).empty() || trimmed(to) == "1") {
       throw std::invalid_argument("'" + from + "' is a unit, but a number without unit is needed");
     }
-    throw std::invalid_argument("'" + from + "' cannot be converted to '" + to + "'");
+    throw std::invalid_argument("'" + from + "' cannot be converted to '" + to + "'" + hint(from, to));
   }
   return entry.get();
 }

@@ -26,6 +26,7 @@ class Convection final : public SurfaceFlux {
   bool depends_on_place() const override {
     return h_.function().depends_on_place() || ambient_.function().depends_on_place();
   }
+  bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
   std::vector<double> events() const override { return events_of(h_, ambient_); }

@@ -9,7 +9,6 @@
 #include <filesystem>
 #include <fstream>
 #include <optional>
-#include <sstream>
 #include <stdexcept>
 
 #include "base/units.hpp"
@@ -94,12 +93,21 @@ Override split_override(const std::string& text) {
 }  // namespace
 
 Case Case::read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides) {
+  constexpr std::size_t most_bytes = 1 << 26;  // tables of data belong in CSV files, and /dev/zero never ends
   std::ifstream in(path);
-  std::ostringstream text;
-  if (in) text << in.rdbuf();
-  if (!in || std::filesystem::is_directory(path))
+  std::string text(std::min<std::uintmax_t>(most_bytes + 1, 1 << 16), '\0');
+  std::size_t size = 0;
+  while (in.read(text.data() + size, static_cast<std::streamsize>(text.size() - size)) || in.gcount() > 0) {
+    size += static_cast<std::size_t>(in.gcount());
+    if (size > most_bytes)
+      throw Error(Fault::file, SourceLocation{.file = path}, "the file is larger than 64 MB",
+                  "check the name: a case is a short text");
+    if (size == text.size()) text.resize(std::min(2 * text.size(), most_bytes + 1));
+  }
+  text.resize(size);
+  if (!in.eof() || std::filesystem::is_directory(path))
     throw Error(Fault::file, SourceLocation{.file = path}, "the case cannot be read", "check the name of the file");
-  return parse(text.str(), path, keys, overrides);
+  return parse(text, path, keys, overrides);
 }
 
 Case Case::parse(const std::string& text, const std::string& name, const Schema& keys,
@@ -117,6 +125,10 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
       changes.push_back(change);
       continue;
     }
+    if (variant)
+      throw Error(Fault::command, SourceLocation{.file = name},
+                  fmt::format("two variants are asked for, \"{}\" and \"{}\"", chosen, change.value),
+                  "a run takes one: give the other changes as key=value");
     chosen = change.value;
     const auto found = std::ranges::find(variants, chosen);
     if (found == variants.end())

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <stdexcept>
 
@@ -185,7 +186,7 @@ Rows written_rows(const FunctionTable& parts, const Argument& argument) {
           row, fmt::format("row {} of the table is not a pair of finite numbers", rows.x.size() + 1),
           fmt::format("write [{}, value], the units go into '{}' and 'unit'", argument.name, argument.unit.name));
     rows.x.push_back(to_si(row.list[0].number, argument_unit, argument.si));
-    rows.y.push_back(to_si(row.list[1].number, unit, parts.owner().unit));
+    rows.y.push_back(above_absolute_zero(to_si(row.list[1].number, unit, parts.owner().unit), row, parts.owner()));
     rows.locations.push_back(row.location);
   }
   return rows;
@@ -220,21 +221,35 @@ Rows file_rows(const FunctionTable& parts, Argument& argument, const Context& co
   return rows;
 }
 
+/// Moves the second of two equal times by a few units in the last place: the slope in between is steep, and no step
+/// looks at it.
+void separate_jumps(std::vector<double>& times) {
+  const double span = times.back() - times.front();
+  for (std::size_t n = 1; n < times.size(); ++n)
+    if (times[n] == times[n - 1]) times[n] += 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(times[n]), 1e-3 * span);
+}
+
 Function read_table(const FunctionTable& parts, const Context& context) {
   Argument argument = argument_of(parts);
   const bool from_file = parts.table().find("file") != nullptr;
-  const Rows rows = from_file ? file_rows(parts, argument, context) : written_rows(parts, argument);
+  Rows rows = from_file ? file_rows(parts, argument, context) : written_rows(parts, argument);
   const Value& at = from_file ? *parts.table().find("file") : *parts.table().find("table");
   if (rows.x.size() < 2)
     refuse_value(at, rows.x.empty() ? "the table has no rows" : "the table has one row",
                  "a table needs at least two; write a single value as a number with its unit");
-  for (std::size_t n = 1; n < rows.x.size(); ++n)
-    if (!(rows.x[n] > rows.x[n - 1]))
+  const std::string how = read_text(parts.get(interpolation_key), interpolation_key);
+  const bool may_jump = argument.si == "s" && how == "linear";
+  for (std::size_t n = 1; n < rows.x.size(); ++n) {
+    // Two rows of one time are a jump: steps land on it and look at the data on either side.
+    const bool jumps = may_jump && rows.x[n] == rows.x[n - 1] && (n < 2 || rows.x[n - 2] < rows.x[n - 1]);
+    if (!jumps && !(rows.x[n] > rows.x[n - 1]))
       throw Error(Fault::bad_case, rows.locations[n],
                   fmt::format("row {} of the table is not above row {}: {} after {} {}", n + 1, n, rows.x[n],
                               rows.x[n - 1], argument.si),
-                  fmt::format("sort the rows by {}, each once", argument.name));
-  const std::string how = read_text(parts.get(interpolation_key), interpolation_key);
+                  fmt::format("sort the rows by {}, each once{}", argument.name,
+                              may_jump ? ", or twice where the table jumps" : ""));
+  }
+  separate_jumps(rows.x);
   Curve curve = Curve::through(rows.x, rows.y, how == "cubic" ? Interpolation::cubic : Interpolation::linear);
   if (argument.si == "m")
     return Function::of_coordinate(argument.name[0], curve_profile(std::move(curve)), at.location);

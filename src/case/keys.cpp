@@ -15,6 +15,9 @@ namespace {
 std::string choice(const std::vector<const Key*>& keys, const std::string& name, const Value* table) {
   if (const Value* v = table ? table->find(name) : nullptr) return v->type == Value::Type::text ? v->text : "";
   const auto key = std::ranges::find(keys, name, &Key::name);
+  if (key != keys.end() && table)  // a key named like a choice makes it
+    for (const std::string& chosen : (*key)->choices)
+      if (table->find(chosen)) return chosen;
   return key != keys.end() && has_fallback(**key) ? fallback_value(**key, {}).text : "";
 }
 

@@ -3,6 +3,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <string_view>
 #include <tuple>
 
 #include "case/tree.hpp"
@@ -56,6 +57,35 @@ Value convert(const toml::node& node, const Locations& locations) {
   return v;
 }
 
+/// Refuses tables and lists that are nested deeper than any case needs: the parser would run out of stack.
+void refuse_depth(const std::string& text, const std::string& file) {
+  constexpr int deepest = 100;
+  int depth = 0, dots = 0, line = 1;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const char c = text[i];
+    if (c == '#') {
+      i = std::min(text.find('\n', i), text.size()) - 1;
+    } else if (c == '"' || c == '\'') {
+      const std::string three(3, c), end = text.compare(i, 3, three) == 0 ? three : std::string(1, c);
+      for (i += end.size(); i < text.size() && text.compare(i, end.size(), end) != 0; ++i) {
+        if (text[i] == '\n') ++line;
+        if (text[i] == '\n' && end.size() == 1) break;  // not closed, as the parser will say
+        if (c == '"' && text[i] == '\\') ++i;
+      }
+      i += end.size() - 1;
+    } else {
+      if (c == '[' || c == '{') ++depth;
+      if (c == ']' || c == '}') --depth;
+      if (c == '.') ++dots;
+      if (std::string_view("[]{},=\n").find(c) != std::string_view::npos) dots = 0;
+      if (c == '\n') ++line;
+      if (std::max(depth, dots) > deepest)
+        throw Error(Fault::bad_case, {.file = file, .line = line},
+                    fmt::format("tables or lists are nested more than {} deep", deepest), "no key of a case lies so deep");
+    }
+  }
+}
+
 /// What toml++ says, without the words that only its author needs.
 std::string problem_of(std::string_view description) {
   if (description.find("control characters") != description.npos) return "the text is not closed on its line";
@@ -78,6 +108,7 @@ std::string cure_of(std::string_view problem) {
 }  // namespace
 
 Value read_toml(const std::string& text, const std::string& file) {
+  refuse_depth(text, file);
   try {
     const toml::table table = toml::parse(std::string_view(text), std::string_view(file));
     Value root = convert(table, {.file = file});
@@ -92,6 +123,7 @@ Value read_toml(const std::string& text, const std::string& file) {
 }
 
 Value read_toml_value(const std::string& text, const SourceLocation& location) {
+  refuse_depth(text, location.file);
   try {
     const toml::table table = toml::parse("value = " + text, std::string_view(location.file));
     if (table.size() == 1) return convert(*table.get("value"), {.file = location.file, .fixed = &location});
@@ -104,6 +136,7 @@ Value read_toml_value(const std::string& text, const SourceLocation& location) {
 
 std::vector<std::string> split_path(const std::string& path) {
   std::vector<std::string> keys;
+  refuse_depth(path, "");
   try {
     const toml::table table = toml::parse(path + " = 0", std::string_view());
     for (const toml::table* at = &table; at && at->size() == 1; at = at->begin()->second.as_table())

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <stdexcept>
 
 #include "base/units.hpp"
@@ -42,6 +43,15 @@ NumberWithUnit split(const Value& value, const Key& key) {
   }
 }
 
+/// Refuses an SI value that nothing physical has: such numbers only make others overflow, or steps vanish.
+double plausible(double si, const Value& value, const Key& key) {
+  constexpr double largest = 1e25, smallest = 1e-40;
+  if (si != 0 && !(std::abs(si) <= largest && std::abs(si) >= smallest))
+    refuse_value(value, fmt::format("'{}' is {:.3g} {}, which is no physical size", key.name, si, key.unit),
+                 fmt::format("give a number between {:.0e} and {:.0e} {}, or 0", smallest, largest, key.unit));
+  return above_absolute_zero(si, value, key);
+}
+
 double read_quantity(const Value& value, const Key& key) {
   if (value.is_number()) {
     if (!key.unit.empty())
@@ -55,8 +65,9 @@ double read_quantity(const Value& value, const Key& key) {
     refuse_value(value, fmt::format("\"{}\" has no unit", value.text),
                  fmt::format("'{}' needs a unit, e.g. \"{} {}\"", key.name, q.value, key.unit));
   try {
-    return key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit)
-                                        : to_si(q.value, q.unit, key.unit);
+    const double si = key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit)
+                                                   : to_si(q.value, q.unit, key.unit);
+    return key.unit.empty() ? si : plausible(si, value, key);
   } catch (const std::invalid_argument& e) {
     refuse_value(value, fmt::format("'{}' = \"{}\": {}", key.name, value.text, e.what()),
                  key.unit.empty() ? "write a number without unit"
@@ -72,6 +83,13 @@ Key single(Key key) {
 }
 
 }  // namespace
+
+double above_absolute_zero(double si, const Value& value, const Key& key) {
+  if (key.unit == "K" && key.kind != Kind::difference && si < 0)
+    refuse_value(value, fmt::format("'{}' is {:.6g} K, below absolute zero", key.name, si),
+                 "check the number and its unit");
+  return si;
+}
 
 std::string Context::path_of(const std::string& file) const {
   return (std::filesystem::path(folder) / file).lexically_normal().string();
@@ -99,6 +117,10 @@ bool read_flag(const Value& value, const Key& key) {
 
 long read_integer(const Value& value, const Key& key) {
   if (value.type != Value::Type::integer) refuse_type(value, key);
+  constexpr long most = std::numeric_limits<int>::max();  // nothing counts farther
+  if (value.integer > most || value.integer < -most)
+    refuse_value(value, fmt::format("'{}' cannot be {}", key.name, value.integer),
+                 fmt::format("write a whole number of at most {}", most));
   return value.integer;
 }
 

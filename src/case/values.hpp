@@ -21,6 +21,8 @@ struct Context {
 std::string read_text(const Value& value, const Key& key);
 bool read_flag(const Value& value, const Key& key);
 long read_integer(const Value& value, const Key& key);
+/// Refuses a temperature, in SI, below absolute zero; what is none passes.
+double above_absolute_zero(double si, const Value& value, const Key& key);
 /// number, quantity, difference or integer; SI.
 double read_number(const Value& value, const Key& key);
 std::vector<std::string> read_texts(const Value& value, const Key& key);

@@ -146,6 +146,9 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   const Lattice lattice(asked);
   const BoxLattice& box = lattice.box();
   const int D = box.dimension;
+  double count = 1;
+  for (const std::int64_t points : box.points) count *= static_cast<double>(points);
+  refuse_too_many(comm, count);
   Points out;
   out.dimension = D;
   out.section = box.section;

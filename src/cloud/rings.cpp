@@ -31,6 +31,7 @@ Rings rings_from(const Table& cloud) {
 }  // namespace
 
 Points make_rings(MPI_Comm comm, const Rings& rings) {
+  refuse_too_many(comm, std::pow(rings.rings, 2.0) * std::max(1, rings.levels));  // at least that many
   const bool solid = rings.levels > 0;
   const int levels = solid ? rings.levels : 1;
   const double dz = solid ? rings.height / (levels - 1) : rings.thickness;

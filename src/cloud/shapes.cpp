@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -24,11 +26,21 @@ void Points::add_patch(int face, double area, const Vec3& normal, const Vec3& ar
   facets.push_back({face, area, normal});
 }
 
+void refuse_too_many(MPI_Comm comm, double count) {
+  constexpr double bytes = 200;  // of a point, at least
+  const double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  const int ranks = size_of(comm);
+  const double most = std::min<double>(std::numeric_limits<std::int32_t>::max(), memory / bytes);
+  if (!(count / ranks < most))
+    throw Error(Fault::bad_case,
+                fmt::format("the cloud has {:.6g} points, too many for {} process{} and {:.3g} GB of memory", count,
+                            ranks, ranks > 1 ? "es" : "", memory / 1e9),
+                "take a larger spacing, or more machines");
+}
+
 Slice slice(MPI_Comm comm, std::int64_t count) {
+  refuse_too_many(comm, static_cast<double>(count));
   const std::int64_t ranks = size_of(comm), rank = rank_of(comm);
-  if (count / ranks >= std::numeric_limits<std::int32_t>::max())
-    throw Error(Fault::bad_case, fmt::format("the cloud has {} points, too many for {} processes", count, ranks),
-                "take a larger spacing or more processes");
   // count * rank / ranks without overflow.
   const auto cut = [&](std::int64_t r) { return count / ranks * r + count % ranks * r / ranks; };
   return {cut(rank), cut(rank + 1)};
@@ -53,6 +65,10 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
     cloud.refuse("spacing", fmt::format("a spacing of {} m is not positive", spacing), "give a positive one");
   const double ratio = length / spacing;
   const double n = std::max(1.0, std::round(ratio));
+  if (!(n < std::numeric_limits<std::int32_t>::max()))
+    cloud.refuse("spacing", fmt::format("a spacing of {:.6g} m divides a length of {:.6g} m into {:.3g} parts", spacing,
+                                        length, n),
+                 "take a larger one");
   if (std::abs(ratio - n) > 1e-6 * n)
     cloud.refuse("spacing", fmt::format("a spacing of {:.6g} m does not divide a length of {:.6g} m", spacing, length),
                  fmt::format("take {:.10g} m or {:.10g} m", length / std::max(1.0, std::floor(ratio)),

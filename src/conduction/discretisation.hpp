@@ -25,6 +25,8 @@ struct Discretisation {
   std::vector<const QuadraturePoints*> locations;
   /// The subdomains of the owned points, over which sources are integrated; null: the points' cells.
   std::unique_ptr<CellSamples> subdomains;
+  /// Are all weights of the conduction positive, so that it takes no temperature above or below those around it?
+  bool weights_are_positive = false;
   std::vector<std::string> notes;  ///< what a user should know about it
 };
 

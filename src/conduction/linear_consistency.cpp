@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <optional>
 #include <vector>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "conduction/correction.hpp"
+#include "conduction/line_stiffness.hpp"
 #include "conduction/linear_algebra.hpp"
 
 namespace calor {
@@ -114,7 +116,7 @@ std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbou
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
                                        double tolerance) {
   // sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j) = R_i: the stiffness matrix of a truss, semi-definite with the
-  // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal.
+  // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal, or the whole matrix of a line.
   const auto& x = cloud.x;
   // Rows and unknowns are scaled axis by axis with the faces there.
   const Vec3 unit = over_faces(cloud);
@@ -129,7 +131,10 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
       block.add(g[n], product(unit, neighbours.x_ji(x, i, n)));
     inverse[i] = pseudo_inverse(block);
   }
+  std::optional<LineStiffness> line;
+  if (cloud.dimension == 1) line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
   const LinearMap preconditioner = [&](std::span<const double> r, std::span<double> z) {
+    if (line) return line->solve(r, z);
     for (int i = 0; i < cloud.owned; ++i) {
       const Vec3 v = inverse[i] * Vec3{r[3 * i], r[3 * i + 1], r[3 * i + 2]};
       z[3 * i] = v.x, z[3 * i + 1] = v.y, z[3 * i + 2] = v.z;

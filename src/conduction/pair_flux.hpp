@@ -18,10 +18,15 @@ struct ArithmeticFlux {
   double operator()(std::int32_t i, std::int32_t j) const { return 0.5 * (k[i] + k[j]) * (T[j] - T[i]); }
 };
 
+/// Keeps the harmonic mean of two insulators from being 0 / 0; no conductivity is so small.
+constexpr double tiny_conductivity = 1e-100;  // W/(m K)
+
 struct HarmonicFlux {
   const double* __restrict k;
   const double* __restrict T;
-  double operator()(std::int32_t i, std::int32_t j) const { return 2 * (k[i] * k[j]) / (k[i] + k[j]) * (T[j] - T[i]); }
+  double operator()(std::int32_t i, std::int32_t j) const {
+    return 2 * (k[i] * k[j]) / (k[i] + k[j] + tiny_conductivity) * (T[j] - T[i]);
+  }
 };
 
 /// Calls `loop` with the pair flux kbar_ij (T_j - T_i) of this mean.
@@ -45,8 +50,8 @@ struct MeanConductivity {
 inline MeanConductivity mean_conductivity(Mean mean, double k_i, double k_j) {
   if (mean == Mean::arithmetic) return {0.5 * (k_i + k_j), 0.5, 0.5};
   // d/dk_i [2 k_i k_j / (k_i + k_j)] = 2 (k_j / (k_i + k_j))^2
-  const double a = k_i / (k_i + k_j), b = k_j / (k_i + k_j);
-  return {2 * (k_i * k_j) / (k_i + k_j), 2 * b * b, 2 * a * a};
+  const double sum = k_i + k_j + tiny_conductivity, a = k_i / sum, b = k_j / sum;
+  return {2 * (k_i * k_j) / sum, 2 * b * b, 2 * a * a};
 }
 
 /// Derivatives of the pair flux kbar(k_i, k_j) (T_j - T_i) by T_i and T_j.

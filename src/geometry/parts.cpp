@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "cloud/cell_samples.hpp"
+#include "cloud/cell_integrals.hpp"
 #include "cloud/lattice.hpp"
 
 namespace calor {
@@ -18,7 +18,7 @@ namespace {
 
 /// How far from a place its surroundings are looked at, over the size of what is around it.
 constexpr double nearby = 1e-6;
-/// Pieces of a segment that are shorter than this part of it are round-off.
+/// Shares of a cell that are smaller than this are round-off.
 constexpr double shortest = 1e-9;
 
 /// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked for.
@@ -200,44 +200,56 @@ std::vector<PlacesOfPart> Parts::shares(std::span<const Vec3> x, std::span<const
   return shares;
 }
 
+std::vector<std::vector<double>> Parts::shares_of_lattice_cells() const {
+  std::vector<std::vector<double>> share(count(), std::vector<double>(cloud_.owned));
+  for (int i = 0; i < cloud_.owned; ++i) {
+    const auto [low, high] = cloud_.lattice->cell(layers_.axis, cloud_.lattice->index(cloud_.id[i])[layers_.axis]);
+    double begin = low;
+    for (std::size_t layer = 0; layer < layers_.top.size(); ++layer) {
+      const bool is_last = layer + 1 == layers_.top.size();
+      const double end = is_last ? high : std::clamp(layers_.start + layers_.top[layer], begin, high);
+      share[layer][i] = (end - begin) / (high - low);
+      begin = end;
+    }
+  }
+  return share;
+}
+
+std::vector<std::vector<double>> Parts::shares_of_cells() const {
+  std::vector<std::vector<double>> share;
+  const CellIntegrals cells(cloud_);
+  std::vector<int> part;
+  for (int p = 0; p < count(); ++p)
+    share.push_back(cells.shares({.f = [&](std::span<const Vec3> x, std::span<double> out) {
+      part.resize(x.size());
+      find(x, std::vector<int>(x.size(), -1), part);
+      for (std::size_t n = 0; n < x.size(); ++n) out[n] = part[n] == p;
+    }}));
+  // Regions by tag take whole cells.
+  for (const Region& region : regions_)
+    for (int i = 0; i < cloud_.owned && !region.where; ++i)
+      for (int p = 0; p < count() && cloud_.tag[i] == region.tag; ++p) share[p][i] = p == region.part;
+  return share;
+}
+
 std::vector<PlacesOfPart> Parts::cell_shares() const {
   std::vector<PlacesOfPart> shares(count());
   const auto add = [&](int part, int i, double share) {
-    if (!shares[part].place.empty() && shares[part].place.back() == i)
-      shares[part].share.back() += share;
-    else
-      shares[part].place.push_back(i), shares[part].share.push_back(share);
+    shares[part].place.push_back(i), shares[part].share.push_back(share);
   };
   const std::vector<int> own = at(cloud_.x, cloud_.tag);
-  const CellSampler sampler(cloud_);
-  CellSamples cell;
-  std::vector<int> tags, part;
+  std::vector<std::vector<double>> share;
+  if (count() > 1) share = cloud_.lattice && regions_.empty() ? shares_of_lattice_cells() : shares_of_cells();
   for (int i = 0; i < cloud_.local(); ++i) {
-    // Only the cells of owned points are known.
-    if (count() == 1 || i >= cloud_.owned) {
+    double whole = 0;
+    for (int p = 0; p < count() && count() > 1 && i < cloud_.owned; ++p)
+      whole += share[p][i] > shortest ? share[p][i] : 0;
+    if (whole == 0) {  // only the cells of owned points are known
       add(own[i], i, 1);
       continue;
     }
-    if (cloud_.lattice && regions_.empty()) {  // exactly
-      const auto [low, high] = cloud_.lattice->cell(layers_.axis, cloud_.lattice->index(cloud_.id[i])[layers_.axis]);
-      double begin = low;
-      for (std::size_t layer = 0; layer < layers_.top.size() && begin < high; ++layer) {
-        const bool is_last = layer + 1 == layers_.top.size();
-        const double end = is_last ? high : std::clamp(layers_.start + layers_.top[layer], begin, high);
-        if (end - begin > shortest * (high - low)) add(static_cast<int>(layer), i, (end - begin) / (high - low));
-        begin = end;
-      }
-      continue;
-    }
-    sampler.near(cloud_.x[i], nearby * cloud_.spacing[i], cell);
-    tags.assign(cell.x.size(), cloud_.tag[i]), part.resize(cell.x.size());
-    find(cell.x, tags, part);
-    double whole = 0;
-    for (std::size_t n = 0; n < cell.x.size(); ++n) whole += part[n] < 0 ? 0 : cell.weight[n];
-    if (whole == 0) add(own[i], i, 1);
     for (int p = 0; p < count(); ++p)
-      for (std::size_t n = 0; n < cell.x.size() && whole > 0; ++n)
-        if (part[n] == p) add(p, i, cell.weight[n] / whole);
+      if (share[p][i] > shortest) add(p, i, share[p][i] / whole);
   }
   return shares;
 }

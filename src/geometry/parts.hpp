@@ -90,6 +90,9 @@ class Parts {
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
   bool is_inside(const Vec3& x) const;  // of a box; true elsewhere
   std::vector<double> samples(const Segment& segment) const;
+  // Of every part, in the cells of the owned points.
+  std::vector<std::vector<double>> shares_of_lattice_cells() const;
+  std::vector<std::vector<double>> shares_of_cells() const;
 
   const Cloud& cloud_;
   std::vector<Part> parts_;

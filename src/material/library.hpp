@@ -19,6 +19,7 @@ struct LibraryValue {
 struct LibraryMaterial {
   std::string name;
   LibraryValue conductivity, density, specific_heat;
+  double low, high;  ///< temperatures for which these values are good, K
 
   SimpleProperties properties() const;
 };

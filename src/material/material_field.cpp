@@ -56,9 +56,11 @@ std::span<double> part(std::span<double> s, std::size_t first, std::size_t n) {
   return s.empty() ? s : s.subspan(first, n);
 }
 
-bool all_positive(std::span<const double> values) {
+constexpr double positive = std::numeric_limits<double>::denorm_min();
+
+bool all_from(double least, std::span<const double> values) {
   bool good = true;  // no early exit: this vectorises
-  for (const double v : values) good &= v > 0 && v <= std::numeric_limits<double>::max();
+  for (const double v : values) good &= v >= least && v <= std::numeric_limits<double>::max();
   return good;
 }
 
@@ -107,11 +109,12 @@ struct MaterialField::Impl {
     }
   }
 
+  /// Values below `least` or not finite are refused.
   void check(const Region& r, std::size_t first, double t, std::span<const double> T, std::span<const double> value,
-             const SourceLocation& location, const char* what, const char* unit) const {
-    if (all_positive(value)) return;
+             double least, const SourceLocation& location, const char* what, const char* unit) const {
+    if (all_from(least, value)) return;
     for (std::size_t i = 0; i < value.size(); ++i) {
-      if (all_positive(value.subspan(i, 1))) continue;
+      if (all_from(least, value.subspan(i, 1))) continue;
       const Vec3& p = x[r.point.empty() ? first + i : r.point[first + i]];
       throw Error(Fault::numbers, location,
                   fmt::format("the {} of '{}' is {:.6g} {} at ({:.6g}, {:.6g}, {:.6g}) m, T = {:.6g} K, t = {:.6g} s",
@@ -119,6 +122,18 @@ struct MaterialField::Impl {
                   std::isfinite(T[i]) ? "give a law that is positive at every temperature the run may see"
                                       : "the run has gone wrong before: try a smaller step");
     }
+  }
+
+  /// Refuses a body that conducts nowhere; insulators are parts of others.
+  void refuse_without_conduction(MPI_Comm comm) const {
+    if (k_depends_on_T || k_depends_on_time) return;
+    const std::vector<double> T(x.size());
+    std::vector<double> k(x.size());
+    sweep(&Region::at_point, 0, T, k, {}, [](const Region& r, std::size_t at, auto T, auto k, auto) { r.at->conductivity(at, 0, T, k, {}); });
+    if (any(comm, std::ranges::any_of(k, [](double value) { return value > 0; }))) return;
+    const Region& r = regions.front();
+    throw Error(Fault::bad_case, r.conductivity_location,
+                fmt::format("the conductivity of '{}' is 0 W/(m K)", r.material->name), "it must be positive everywhere");
   }
 
   void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
@@ -178,6 +193,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
     in_cell = p.parts->cell_shares();
   });
   p.bind(at_point, in_cell);
+  p.refuse_without_conduction(cloud.comm);
   const std::string mean = body.text("conductivity_mean");
   const bool one_of_T = p.regions.size() == 1 && of_T_alone;
   if (mean == "integral" && !one_of_T)
@@ -252,7 +268,7 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
   p.sweep(&Region::at_point, 0, T, k, dk_dT, [&](const Region& r, std::size_t at, auto T, auto k, auto dk_dT) {
     r.at->conductivity(at, t, T, k, dk_dT);
     if (r.material->conductivity_depends_on_T() || r.material->conductivity_depends_on_time())
-      p.check(r, at, t, T, k, r.conductivity_location, "conductivity", "W/(m K)");
+      p.check(r, at, t, T, k, 0, r.conductivity_location, "conductivity", "W/(m K)");
   });
 }
 
@@ -269,7 +285,7 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
       for (std::size_t n = 0; n < T.size(); n += block) {
         const std::size_t size = std::min(block, T.size() - n);
         r.at->conductivity(first + n, 0, T.subspan(n, size), {k.data(), size}, {});
-        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, r.conductivity_location, "conductivity",
+        p.check(r, first + n, 0, T.subspan(n, size), {k.data(), size}, 0, r.conductivity_location, "conductivity",
                 "W/(m K)");
       }
     };
@@ -281,7 +297,7 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
     for (std::size_t i = 0; i < block; ++i) samples[i] = low + (high - low) * static_cast<double>(i) / (block - 1);
     try {
       r.at->conductivity(0, 0, samples, k, {});
-      if (all_positive(k)) p.safe_low = low, p.safe_high = high;
+      if (all_from(0, k)) p.safe_low = low, p.safe_high = high;
     } catch (const Error&) {
     }
   }
@@ -296,7 +312,7 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
   }
   p.sweep(&Region::in_cell, 0, T, H, rho_c, [&](const Region& r, std::size_t at, auto T, auto H, auto rho_c) {
     r.at->enthalpy(at, T, H, rho_c);
-    p.check(r, at, 0, T, rho_c, r.capacity_location, "volumetric heat capacity", "J/(m^3 K)");
+    p.check(r, at, 0, T, rho_c, positive, r.capacity_location, "volumetric heat capacity", "J/(m^3 K)");
   });
 }
 

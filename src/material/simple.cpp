@@ -22,12 +22,13 @@ constexpr std::array<double, 8> gauss_w = {0.1894506104550684963, 0.182603415044
                                            0.1495959888165767320, 0.1246289712555338720, 0.0951585116824927848,
                                            0.0622535239386478929, 0.0271524594117540949};
 
-PointValues checked_values(const Function& f, std::span<const Vec3> x, const std::string& what,
-                           const std::string& unit) {
+/// `least`: 0 where the property may vanish, as the conductivity of an insulator.
+PointValues checked_values(const Function& f, std::span<const Vec3> x, const std::string& what, const std::string& unit,
+                           double least = std::numeric_limits<double>::denorm_min()) {
   PointValues values(f, x);
   for (std::size_t i = 0; i < values.all().size(); ++i) {
     const double value = values.all()[i];
-    if (value > 0 && std::isfinite(value)) continue;
+    if (value >= least && std::isfinite(value)) continue;
     const std::string where =
         values.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
     throw Error(Fault::bad_case, f.location(), fmt::format("the {} is {:.6g} {}{}", what, value, unit, where),
@@ -43,7 +44,7 @@ class Conductivity {
   Conductivity(const Function& k, std::span<const Vec3> x, const TemperatureRange& range, const std::string& what)
       : function_(k), x_(x) {
     if (of_place_alone(k)) {
-      values_.emplace(checked_values(k, x, what, "W/(m K)"));
+      values_.emplace(checked_values(k, x, what, "W/(m K)", 0));
     }
     if (!k.depends_on_place() && !k.depends_on_time()) curve_ = k.curve(range.low, range.high);
   }

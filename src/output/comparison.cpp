@@ -22,8 +22,19 @@ const std::vector<Quantity>& quantities() {
       {"peak_temperature", "K", "peak temperatures", "T"},
       {"cooling_time", "s", "cooling times", "t"},
       {"extent", "m", "extents", "length", true},
-      {"average_temperature", "K", "average temperatures", "T", true}};
+      {"average_temperature", "K", "average temperatures", "T", true},
+      {"heat_flow", "W", "heat flows", "heat flow", true},
+      {"mean", "K", "mean temperatures", "T", true},
+      {"minimum", "K", "lowest temperatures", "T", true},
+      {"maximum", "K", "highest temperatures", "T", true}};
   return all;
+}
+
+const Quantity& quantity_of(const Table& table) {
+  if (!table.has("quantity"))
+    for (const Quantity& q : quantities())
+      if (table.has(q.name)) return q;
+  return *std::ranges::find(quantities(), table.text("quantity"), &Quantity::name);
 }
 
 std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose) {
@@ -123,7 +134,8 @@ void declare_expect(Schema& schema) {
       {"probe", Kind::text, "", optional, "Compare at this probe."},
       {"field", Kind::flag, "", "false", "Compare at all points."},
       {"report", Kind::text, "", optional, "Compare this number of report.json, by at_most and at_least."},
-      {"quantity", Kind::choice, "", "temperature", "What is compared.", names},
+      {"quantity", Kind::choice, "", "temperature",
+       "What is compared. May be left out where a key of that name says of what: heat_flow = \"inside\".", names},
       {"at", Kind::quantities, "s", optional, "Time or times of the comparison; the end where absent."},
       {"reference", Kind::text, "", optional,
        "CSV file with expected values, beside the case. With one column of coordinates (x, y, z or r) its rows "
@@ -158,6 +170,13 @@ void declare_expect(Schema& schema) {
     if (q.name == "volume_fraction")
       own.push_back(
           {"material", Kind::text, "", required, "Whose fraction; that of what fills the pores is the porosity."});
+    if (q.name == "heat_flow")
+      own.push_back({q.name, Kind::text, "", required,
+                     "Name of the boundary section or source; heat that flows into the body is positive."});
+    for (const char* summary : {"mean", "minimum", "maximum"})
+      if (q.name == summary)
+        own.push_back({q.name, Kind::text, "", required,
+                       "Name of the material, boundary section or face of the cloud whose temperature it is."});
     if (q.name == "extent") own.push_back({"extent", Kind::text, "", required, "Name of the [weld.extent.*]."});
     schema.add({.path = "expect[]",
                 .sentence = fmt::format("A comparison of {}.", q.plural),

@@ -23,6 +23,8 @@ struct Quantity {
 };
 
 const std::vector<Quantity>& quantities();
+/// The quantity of an [[expect]]: named, or chosen by a key of its name.
+const Quantity& quantity_of(const Table& table);
 
 struct Tolerance {
   double value;  // in the unit of the quantity, or percent

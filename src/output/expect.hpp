@@ -20,8 +20,8 @@ class Expectations : public Observer {
  public:
   /// Checks names, times and files of all [[expect]] now, not at the end. Collective.
   /// `weld`: null where the case has no [weld].
-  Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
-               const WeldResults* weld, const std::string& folder);
+  Expectations(const Case& c, HeatSystem& system, const Probes& probes, const WeldResults* weld,
+               const std::string& folder);
   ~Expectations() override;
 
   std::vector<double> times() const override;

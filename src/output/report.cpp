@@ -14,6 +14,8 @@
 namespace calor {
 namespace {
 
+constexpr const char* earlier = "/report.earlier.json";
+
 std::string mpi_version() {
   char text[MPI_MAX_LIBRARY_VERSION_STRING];
   int length = 0;
@@ -41,11 +43,12 @@ std::string object(const std::vector<std::pair<std::string, std::string>>& membe
 
 bool RunResult::passed() const { return interrupted_by == 0 && std::ranges::all_of(verdicts, &Verdict::passed); }
 
-void forget_report(MPI_Comm comm, const std::string& folder) {
+void set_report_aside(MPI_Comm comm, const std::string& folder) {
   if (folder.empty()) return;
   collective_try(comm, [&] {
-    if (rank_of(comm) == 0 && std::remove((folder + "/report.json").c_str()) != 0 && errno != ENOENT)
-      refuse_writing(folder + "/report.json", errno);
+    const std::string report = folder + "/report.json";
+    if (rank_of(comm) == 0 && std::rename(report.c_str(), (folder + earlier).c_str()) != 0 && errno != ENOENT)
+      refuse_writing(report, errno);
   });
 }
 
@@ -74,7 +77,9 @@ void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const
                       list.empty() ? "" : list + "\n  ", c.json());
   make_folder(comm, folder);
   collective_try(comm, [&] {
-    if (rank_of(comm) == 0) replace_file(folder + "/report.json", text);
+    if (rank_of(comm) != 0) return;
+    replace_file(folder + "/report.json", text);
+    std::remove((folder + earlier).c_str());
   });
 }
 

@@ -69,8 +69,9 @@ struct RunResult {
   bool passed() const;
 };
 
-/// Removes the report of an earlier run, which must not stand for this one. Collective.
-void forget_report(MPI_Comm comm, const std::string& folder);
+/// Puts the report of an earlier run aside, as report.earlier.json: it must not stand for this one, and is kept until
+/// this one has a report of its own. Collective.
+void set_report_aside(MPI_Comm comm, const std::string& folder);
 
 /// Writes report.json: the case with all defaults, versions, the result and seconds per phase (wall: the slowest rank;
 /// cpu: all ranks together). An empty folder writes nothing. Throws Error(file). Collective.

@@ -1,4 +1,6 @@
 // Explicit Euler: E_new = E + dt F(t, T).
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -17,27 +19,65 @@ class Euler final : public Stepper {
              const AfterStep& after_step) override {
     F_.resize(state.E.size());
     power_.resize(state.cumulative_heat.size());
-    if (options_.step) {
-      const EqualSteps steps(state.t, interval.end(), *options_.step);
-      for (long n = 1; n <= steps.count(); ++n)
-        if (!step(system, state, interval, steps.step(), steps.time(n), after_step)) return false;
-      return true;
-    }
-    const bool bound_is_constant = system.jacobian_is_constant();
-    double bound = 0;
-    while (state.t < interval.end()) {
-      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(interval.data_time(state.t), state.T);
-      const double stable = bound > 0 ? options_.safety * 2 / bound : std::numeric_limits<double>::infinity();
-      const double longest = system.longest_step(interval.begin(), interval.end());
-      // Equal steps over what is left: the last one is not a splinter.
-      const EqualSteps steps(state.t, interval.end(), std::min(stable, longest));
-      if (!step(system, state, interval, steps.step(), steps.time(1), after_step)) return false;
+    bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T);
+    return options_.step ? march_fixed(system, state, interval, after_step)
+                         : march_adaptive(system, state, interval, after_step);
+  }
+
+  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
+    const EqualSteps steps(state.t, interval.end(), *options_.step);
+    for (long n = 1; n <= steps.count(); ++n) {
+      require_stable(system, state, interval, steps.step());
+      step(system, state, interval, steps.step(), steps.time(n));
+      if (!accept(system, state, steps.step(), after_step)) return false;
+      if (!system.jacobian_is_constant()) bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T);
     }
     return true;
   }
 
-  bool step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new,
-            const AfterStep& after_step) {
+  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
+    const bool bound_is_constant = system.jacobian_is_constant();
+    State before;
+    while (state.t < interval.end()) {
+      const double stable = bound_ > 0 ? options_.safety * 2 / bound_ : std::numeric_limits<double>::infinity();
+      const double longest = system.longest_step(interval.begin(), interval.end());
+      // Equal steps over what is left: the last one is not a splinter.
+      const EqualSteps steps(state.t, interval.end(), std::min(stable, longest));
+      require_motion(state.t, steps.time(1));
+      if (!bound_is_constant) before = state;
+      step(system, state, interval, steps.step(), steps.time(1));
+      if (!bound_is_constant) {
+        // Where the step led it may have been too long: then radiation, for one, takes temperatures past the ambient's.
+        const double bound = system.explicit_rate_bound(interval.data_time(state.t), state.T);
+        const bool is_stable = steps.step() * bound <= 2 * (1 + 1e-9);
+        constexpr double most_reduction = 4;  // what a wild step leads to says little
+        bound_ = is_stable ? bound : std::min(bound, most_reduction * std::max(bound_, 2 / steps.step()));
+        if (!is_stable) {
+          state = before;
+          ++counts.rejected;
+          continue;
+        }
+      }
+      if (!accept(system, state, steps.step(), after_step)) return false;
+    }
+    return true;
+  }
+
+  /// Refuses a fixed step above the limit of the state.
+  void require_stable(HeatSystem& system, State& state, const SmoothInterval& interval, double dt) {
+    if (dt * bound_ <= 2 * (1 + 1e-9) || bound_ <= stable_bound_) return;
+    const double limit = system.euler_limit(interval.data_time(state.t), state.T);
+    if (dt > limit * (1 + 1e-9))
+      throw Error(Fault::numbers,
+                  fmt::format("the step of {:.6g} s is unstable at t = {:.6g} s: the limit of explicit Euler has come "
+                              "down to {:.6g} s",
+                              dt, state.t, limit),
+                  fmt::format("take at most {:.3g} s, leave the step out, or choose another integrator", 2 / bound_));
+    constexpr double until_next_look = 1.01;  // the eigenvalue costs many steps
+    stable_bound_ = until_next_look * bound_;
+  }
+
+  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
     system.rate(interval.data_time(state.t), state.T, F_, power_);
     ++counts.rate_evaluations;
     for (std::size_t i = 0; i < F_.size(); ++i) state.E[i] += dt * F_[i];
@@ -45,9 +85,10 @@ class Euler final : public Stepper {
     state.t = t_new;
     system.temperature(state.E, state.T);
     system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
-    return accept(system, state, dt, after_step);
   }
 
+  double bound_ = 0;         ///< explicit_rate_bound of the state, 1/s
+  double stable_bound_ = 0;  ///< fixed steps are known to be stable up to this one
   std::vector<double> F_, power_;
 };
 

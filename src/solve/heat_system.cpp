@@ -40,6 +40,8 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
   for (const auto& term : discretisation_.walls) terms_.push_back(term.get());
   for (const auto& term : exchange_) terms_.push_back(term.get());
 
+  keeps_range_ = discretisation_.weights_are_positive && sources_.empty() &&
+                 std::ranges::all_of(conditions_.fluxes, [](const auto& term) { return term.flux->draws_to_ambient(); });
   std::vector<double> is_known(cloud.local());  // doubles, as the halo carries them
   for (const auto& constraint : discretisation_.constraints) {
     has_massless_points_ = has_massless_points_ || constraint->is_massless();
@@ -84,6 +86,28 @@ void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::s
   if (!has_massless_points_) return;
   for (int i = 0; i < cloud_.owned; ++i)
     if (role_[i] == Role::massless) F[i] = 0;
+}
+
+std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {
+  std::vector<double> F(cloud_.owned), power(accounts_.size()), C(cloud_.owned);
+  rate(t, u, F, power);
+  capacity(u, C);
+  collective_try(cloud_.comm, [&] {
+    for (const PrescribedTerm& term : conditions_.temperatures) {
+      if (term.point.empty()) continue;  // held by mirror images, which book their heat
+      // A wall whose temperature changes holds more or less heat: C dT/dt, by a difference backwards in time.
+      const double dt = 1e-6 * t;
+      std::vector<double> now(term.x.size()), before = now;
+      term.temperature.evaluate({.x = term.x, .t = t}, now);
+      term.temperature.evaluate({.x = term.x, .t = t - dt}, before);
+      for (std::size_t n = 0; n < term.point.size(); ++n) {
+        const int i = term.point[n];
+        const double held = now[n] != before[n] ? C[i] * (now[n] - before[n]) / dt : 0;
+        power[term.account] += term.share[n] * (held - F[i]);
+      }
+    }
+  });
+  return sums(cloud_.comm, power, static_cast<int>(power.size()));
 }
 
 void HeatSystem::energy(std::span<const double> u, std::span<double> E) {
@@ -245,11 +269,9 @@ bool HeatSystem::level_is_fixed() const {
   return any(cloud_.comm, fixed);
 }
 
-double HeatSystem::temperature_span(double t, std::span<const double> u) {
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  const auto see = [&](double value) { low = std::min(low, value), high = std::max(high, value); };
-  at_.begin(t, u);
-  std::ranges::for_each(at_.T(), see);
+HeatSystem::Extremes HeatSystem::outer_temperatures(double t) {
+  Extremes range;
+  const auto see = [&](double T) { range.low = std::min(range.low, T), range.high = std::max(range.high, T); };
   collective_try(cloud_.comm, [&] {
     for (const PrescribedTerm& term : conditions_.temperatures) {
       std::vector<double> wall(term.x.size());
@@ -258,7 +280,14 @@ double HeatSystem::temperature_span(double t, std::span<const double> u) {
     }
     for (const SurfaceTerm& term : conditions_.fluxes) std::ranges::for_each(term.flux->ambient(term.x, t), see);
   });
-  return max(cloud_.comm, high) - min(cloud_.comm, low);
+  return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
+}
+
+HeatSystem::Extremes HeatSystem::temperature_extremes(double t, std::span<const double> u) {
+  Extremes range = outer_temperatures(t);
+  at_.begin(t, u);
+  for (const double T : at_.T()) range.low = std::min(range.low, T), range.high = std::max(range.high, T);
+  return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 
 void HeatSystem::require_finite(double t, std::span<const double> u) const {

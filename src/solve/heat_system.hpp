@@ -1,6 +1,7 @@
 #pragma once
 // The semi-discrete heat equation dE/dt = F(t, u): a list of heat terms and constraints, a capacity and degrees of
 // freedom. Residual, Jacobian, capacity, enthalpy; it knows no time stepping, and asks no term what it is.
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -44,6 +45,7 @@ class HeatSystem {
   bool subdomains_overlap() const { return discretisation_.subdomains != nullptr; }
   /// Names of what heat comes in by: boundaries, then sources.
   const std::vector<std::string>& accounts() const { return accounts_; }
+  const Conditions& conditions() const { return conditions_; }
   int boundary_accounts() const;  ///< how many of the accounts are boundaries; the rest are sources
 
   /// State at time t from temperatures of the owned points; walls are not yet imposed. Collective.
@@ -55,6 +57,10 @@ class HeatSystem {
   /// their reaction; 0 at points that hold no heat); power[a] = this rank's share by account a, W, without reactions.
   /// Updates the ghosts of u. Collective; throws Error on all ranks alike.
   void rate(double t, std::span<double> u, std::span<double> F, std::span<double> power);
+
+  /// Heat flow into the body by every account, W, with what prescribed temperatures take to hold. Updates the ghosts of
+  /// u. Collective.
+  std::vector<double> heat_flows(double t, std::span<double> u);
 
   // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of u up to date. Collective.
   void energy(std::span<const double> u, std::span<double> E);
@@ -99,10 +105,14 @@ class HeatSystem {
   /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/du) at (t, u), 1/s: explicit Euler is stable for
   /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
   double rate_bound(double t, std::span<double> u);
-  /// The same for explicit steps where the capacity is lumped. With parameters as degrees of freedom these go by
-  /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound above, times what its largest eigenvalue is to
-  /// that in a uniform body. Collective.
+  /// The same for explicit steps where the capacity is lumped. What surfaces and sources exchange counts twice: up to
+  /// 2 / bound no temperature then passes those of its neighbours and surroundings, where all weights are positive.
+  /// With parameters as degrees of freedom steps go by C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound
+  /// above, times what its largest eigenvalue is to that in a uniform body. Collective.
   double explicit_rate_bound(double t, std::span<double> u);
+  /// The limit of stability of explicit Euler, s: by the largest eigenvalue where that is known, by the bound elsewhere.
+  /// Collective.
+  double euler_limit(double t, std::span<double> u);
   /// The largest eigenvalue itself (from below, within a percent) where the frozen Jacobian is symmetric. Collective.
   double largest_rate(double t, std::span<double> u);
 
@@ -125,12 +135,25 @@ class HeatSystem {
   void apply(double t);
   /// Are there points that hold no heat and follow from algebraic rows? Collective.
   bool has_massless_points() const { return has_massless_points_; }
-  /// Highest less lowest temperature of body, walls and ambients at time t, K; ghosts of u up to date. Collective.
-  double temperature_span(double t, std::span<const double> u);
+  struct Extremes {
+    double low = std::numeric_limits<double>::infinity(), high = -low;
+    double span() const { return high - low; }
+  };
+  /// Lowest and highest temperature of walls and ambients at time t, K. Collective.
+  Extremes outer_temperatures(double t);
+  /// The same of body, walls and ambients; ghosts of u up to date. Collective.
+  Extremes temperature_extremes(double t, std::span<const double> u);
+  double temperature_span(double t, std::span<const double> u) { return temperature_extremes(t, u).span(); }
+  /// Does no temperature leave the range of start, walls and ambients? So it is without sources and prescribed fluxes
+  /// where the weights are positive.
+  bool keeps_range() const { return keeps_range_; }
   /// Throws Error(numbers) that names a point whose temperature is not finite. Collective.
   void require_finite(double t, std::span<const double> u) const;
   /// Anything that fixes the level of a steady temperature (prescribed temperature, convection, radiation)? Collective.
   bool level_is_fixed() const;
+  /// A point of a part of the body that neither conducts to the rest nor has anything of its own that fixes its level,
+  /// near temperatures T of the owned points; nothing where there is none. Collective.
+  std::optional<Vec3> loose_part(std::span<const double> T);
 
  private:
   /// How the temperature of an owned point follows: from its heat balance, or from one of two kinds of constraint.
@@ -142,6 +165,8 @@ class HeatSystem {
   /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
   void find_temperatures(std::span<const double> E, std::span<double> T) const;
   double rate_of_values_over_bound();
+  /// Largest row sum over heat capacity, with a factor to those of surfaces and sources. Collective.
+  double largest_row_sum(double t, std::span<double> u, double exchange_factor);
 
   const Cloud& cloud_;
   std::vector<MaterialField> materials_;
@@ -155,7 +180,7 @@ class HeatSystem {
   std::vector<Role> role_;      ///< of owned points
   std::vector<char> is_known_;  ///< of local points: its degree of freedom
   std::vector<int> prescribed_;
-  bool has_massless_points_ = false;
+  bool has_massless_points_ = false, keeps_range_ = false;
   double explicit_over_bound_ = 0;  ///< see explicit_rate_bound; 0: not yet known
 };
 

@@ -31,13 +31,13 @@ std::string automatic(const Table& time, HeatSystem& system, State& start) {
   return euler_steps > many ? "tr-bdf2" : "rkl2";
 }
 
-/// Euler's stability at the start; later, as properties change, the run watches for temperatures that are not finite.
+/// Euler's stability at the start; the integrator goes on to watch it as the state changes.
 /// Returns a note where the step is stable, but temperatures may overshoot.
 std::vector<std::string> check_step(const Table& time, HeatSystem& system, State& start, double step) {
   const double bound = system.explicit_rate_bound(start.t, start.T);
   if (step * bound <= 2 * (1 + 1e-9)) return {};
-  const double limit = 2 / (system.frozen_jacobian_is_symmetric() ? system.largest_rate(start.t, start.T) : bound);
-  if (step > limit)
+  const double limit = system.euler_limit(start.t, start.T);
+  if (step > limit * (1 + 1e-9))
     time.refuse("step",
                 fmt::format("a step of {:.6g} s is unstable: the limit of explicit Euler is {:.6g} s", step, limit),
                 fmt::format("take at most {:.3g} s, leave the step out, or choose another integrator", 2 / bound));
@@ -45,6 +45,21 @@ std::vector<std::string> check_step(const Table& time, HeatSystem& system, State
       "{}: the step of {:.6g} s is above the Gershgorin bound of {:.6g} s (but below the true limit of {:.6g} s): "
       "stable, but temperatures may overshoot",
       time.location("step").text(), step, 2 / bound, limit)};
+}
+
+/// Refuses what would take steps without end: by a source that is too fast, or by the limit of explicit steps.
+void refuse_endless(const Table& time, HeatSystem& system, State& start, const IntegratorKind& kind, double longest) {
+  constexpr double most = 1e9, most_of_super_steps = 1e12;  // Euler's steps; rkl2 makes hundreds of them one
+  const double end = time.number("end");
+  if (end / longest > most)
+    time.refuse("end",
+                fmt::format("a moving source that is resolved takes {:.3g} steps of {:.3g} s", end / longest, longest),
+                "check its speed and size, or end earlier");
+  if (!kind.is_explicit || time.has("step")) return;
+  const double steps = end * system.explicit_rate_bound(start.t, start.T) / 2;
+  if (steps > (kind.name == "euler" ? most : most_of_super_steps))
+    time.refuse("integrator", fmt::format("to its end the run takes {:.3g} stable steps of explicit Euler", steps),
+                "take integrator = \"tr-bdf2\", and look for properties or heat transfer of an absurd size");
 }
 
 }  // namespace
@@ -79,6 +94,7 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     (key == std::string("step") ? options.step : options.tolerance) = time.number(key);
   }
   const double longest = system.longest_step(0, time.number("end"));
+  refuse_endless(time, system, start, kind, longest);
   std::vector<std::string> notes;
   if (options.step && *options.step > longest * (1 + 1e-9))
     notes.push_back(

@@ -1,5 +1,7 @@
 // Runge-Kutta-Legendre super-time-stepping of second order: Meyer, Balsara & Aslam, J. Comput. Phys. 257 (2014) 594.
 // One step of s stages is stable for dt <= (s^2 + s - 2)/4 * 2/lambda and costs s evaluations of F.
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -44,43 +46,81 @@ class Rkl2 final : public Stepper {
     power0_.resize(state.cumulative_heat.size()), power_.resize(state.cumulative_heat.size());
 
     evaluate(system, interval.data_time(state.t), state.T, F0_, power0_);
-    const bool bound_is_constant = system.jacobian_is_constant();
-    double bound = 0;
-    const auto euler_limit = [&] {
-      if (bound == 0 || !bound_is_constant) bound = system.explicit_rate_bound(interval.data_time(state.t), state.T);
-      return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
-    };
+    euler_limit_ = euler_limit(system, interval.data_time(state.t), state.T);
+    return options_.step ? march_fixed(system, state, interval, after_step)
+                         : march_adaptive(system, state, interval, fresh, after_step);
+  }
 
-    if (options_.step) {
-      const EqualSteps steps(state.t, interval.end(), *options_.step);
-      for (long n = 1; n <= steps.count(); ++n) {
-        advance_stages(system, state, interval, steps.step(), stages_for(steps.step(), euler_limit()));
-        evaluate(system, interval.data_time(steps.time(n)), T_, F_, power_);
-        take(state, steps.time(n));
-        if (!accept(system, state, steps.step(), after_step)) return false;
+  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
+    const EqualSteps steps(state.t, interval.end(), *options_.step);
+    const double dt = steps.step();
+    for (long n = 1; n <= steps.count(); ++n) {
+      int stages = require_stages(dt, state.t);
+      advance_stages(system, state, interval, dt, stages);
+      // The step may have taken the state to where it needs more stages.
+      while (!is_stable(system, interval.data_time(steps.time(n)), dt, stages)) {
+        stages = std::min(require_stages(dt, state.t), 2 * stages + 1);
+        advance_stages(system, state, interval, dt, stages);
+        ++counts.rejected;
       }
-      return true;
+      evaluate(system, interval.data_time(steps.time(n)), T_, F_, power_);
+      take(state, steps.time(n));
+      if (!accept(system, state, dt, after_step)) return false;
     }
+    return true;
+  }
 
-    double limit = euler_limit();
+  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
+                      const AfterStep& after_step) {
     const double longest = system.longest_step(interval.begin(), interval.end());
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(limit, interval.end() - state.t));
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit_, interval.end() - state.t));
     while (state.t < interval.end()) {
+      const double limit = euler_limit_;
       const double dt = control_.next(state.t, interval.end(), std::min(longest, longest_step(most_stages, limit)));
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
+      require_motion(state.t, t_new);
       const int stages = stages_for(dt, limit);
       advance_stages(system, state, interval, dt, stages);
       evaluate(system, interval.data_time(t_new), T_, F_, power_);
-      if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state),
-                          least_part_of_euler * limit)) {
+      const double always_good = least_part_of_euler * limit;
+      if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state), always_good)) {
+        ++counts.rejected;
+        continue;
+      }
+      if (dt > always_good && (!is_stable(system, interval.data_time(t_new), dt, stages) ||
+                               leaves_range(system, state.t, t_new, T_))) {
+        euler_limit_ = limit;
+        control_.reduce(dt);
         ++counts.rejected;
         continue;
       }
       take(state, t_new);
       if (!accept(system, state, dt, after_step)) return false;
-      if (!bound_is_constant) limit = euler_limit();
     }
     return true;
+  }
+
+  /// Euler's limit, s: where it may have changed.
+  double euler_limit(HeatSystem& system, double t, std::vector<double>& T) {
+    const double bound = system.explicit_rate_bound(t, T);
+    return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
+  }
+
+  /// Is a step with so many stages stable for the state that it led to, T_? Leaves Euler's limit there.
+  bool is_stable(HeatSystem& system, double t, double dt, int stages) {
+    if (system.jacobian_is_constant()) return true;
+    euler_limit_ = euler_limit(system, t, T_);
+    return dt <= longest_step(stages, euler_limit_) * (1 + 1e-9);
+  }
+
+  int require_stages(double dt, double t) const {
+    constexpr int most = 9999;
+    if (dt <= longest_step(most, euler_limit_)) return stages_for(dt, euler_limit_);
+    throw Error(Fault::numbers,
+                fmt::format("a step of {:.6g} s at t = {:.6g} s would take more than {} stages: the limit of explicit "
+                            "Euler is {:.6g} s",
+                            dt, t, most, euler_limit_),
+                "take a smaller [time] step, or leave it out");
   }
 
   void evaluate(HeatSystem& system, double t, std::vector<double>& T, std::vector<double>& F,
@@ -150,6 +190,7 @@ class Rkl2 final : public Stepper {
   }
 
   StepControl control_;
+  double euler_limit_ = 0;  ///< at the state from which the next step starts, s
   Stage now_, last_, before_last_;
   std::vector<double> T_, F0_, F_, power0_, power_;
 };

@@ -18,13 +18,18 @@ double start_value(const Cloud& cloud, int i) {
 
 }  // namespace
 
-double HeatSystem::rate_bound(double t, std::span<double> u) {
+double HeatSystem::rate_bound(double t, std::span<double> u) { return largest_row_sum(t, u, 1); }
+
+double HeatSystem::largest_row_sum(double t, std::span<double> u, double exchange_factor) {
   std::vector<double> sums(cloud_.owned), C(cloud_.owned);
   cloud_.halo.update(u);
   at_.begin(t, u);
   collective_try(cloud_.comm, [&] {
     discretisation_.capacity->evaluate(at_, {}, C);
-    for (HeatTerm* term : terms_) term->add_row_sums(at_, sums);
+    for (const auto& term : exchange_) term->add_row_sums(at_, sums);
+    for (double& sum : sums) sum *= exchange_factor;
+    discretisation_.conduction->add_row_sums(at_, sums);
+    for (const auto& term : discretisation_.walls) term->add_row_sums(at_, sums);
   });
   double largest = 0;
   for (int i = 0; i < cloud_.owned; ++i)
@@ -33,10 +38,15 @@ double HeatSystem::rate_bound(double t, std::span<double> u) {
 }
 
 double HeatSystem::explicit_rate_bound(double t, std::span<double> u) {
-  const double bound = rate_bound(t, u);
+  const double bound = largest_row_sum(t, u, 2);
   if (discretisation_.dofs->are_temperatures()) return bound;
   if (explicit_over_bound_ == 0) explicit_over_bound_ = rate_of_values_over_bound();
   return explicit_over_bound_ * bound;
+}
+
+double HeatSystem::euler_limit(double t, std::span<double> u) {
+  const double rate = frozen_jacobian_is_symmetric() ? largest_rate(t, u) : rate_bound(t, u);
+  return 2 / (discretisation_.dofs->are_temperatures() ? rate : std::max(rate, explicit_rate_bound(t, u)));
 }
 
 /// Largest eigenvalue of V^-1 K Phi^-1 of free points over the largest row sum of V^-1 |K|, with k = 1. Collective.
@@ -83,7 +93,7 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
   if (material().mean() == Mean::integral)
     collective_try(cloud_.comm, [&] {
       const std::span<const double> k = at_.at(Evaluation::nodes).k();
-      for (int i = 0; i < cloud_.owned; ++i) scale[i] = 1 / std::sqrt(k[i]);
+      for (int i = 0; i < cloud_.owned; ++i) scale[i] = k[i] > 0 ? 1 / std::sqrt(k[i]) : 1;
     });
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;
   const petsc::Vector x = petsc::create_vector(J), y = petsc::create_vector(J);

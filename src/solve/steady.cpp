@@ -8,6 +8,7 @@
 #include "base/parallel.hpp"
 #include "solve/integrator.hpp"
 #include "solve/newton.hpp"
+#include "solve/range_watch.hpp"
 
 namespace calor {
 namespace {
@@ -106,7 +107,11 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   if (!(relative > 0))
     steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
   const int most_iterations = static_cast<int>(steady.integer("iterations"));
+  if (most_iterations < 1)
+    steady.refuse("iterations", fmt::format("{} iterations", most_iterations), "give at least 1");
 
+  RangeWatch watch;
+  watch.begin(system, state);
   SteadyState equations(system, relative);
   Newton newton(system, equations.equations(), true);
   const auto result = newton.solve(state.T, most_iterations);
@@ -123,6 +128,8 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
                             "remains, {:.3g} W are allowed",
                             report.newton_iterations, report.imbalance, report.imbalance / result.residual),
                 "start nearer to the solution ([initial]), or march towards it ([time] with steady_below)");
+  constexpr double part_of_span = 1e-2;  // where points are few
+  watch.require(system, state.t, system.temperatures(state.T), part_of_span * watch.span());
   system.energy(state.T, state.E);
   return report;
 }

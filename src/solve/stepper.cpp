@@ -1,5 +1,7 @@
 #include "solve/stepper.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -29,7 +31,10 @@ double SmoothInterval::data_time(double t) const {
 
 void Stepper::advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
   const bool is_first = !events_;
-  if (!events_) events_ = system.events();
+  if (!events_) {
+    events_ = system.events();
+    watch_.begin(system, state);
+  }
   bool fresh = is_first;
   while (state.t < t_end) {
     const SmoothInterval interval(*events_, state.t, t_end);
@@ -42,12 +47,30 @@ void Stepper::advance(HeatSystem& system, State& state, double t_end, const Afte
   }
 }
 
-bool Stepper::accept(HeatSystem& system, const State& state, double dt, const AfterStep& after_step) {
+bool Stepper::accept(HeatSystem& system, State& state, double dt, const AfterStep& after_step) {
   system.require_finite(state.t, state.T);
+  watch_.see(system, state.t - dt, state.t);
+  watch_.require(system, state.t, system.temperatures(state.T), allowed_excess());
   counts.smallest_step = counts.steps == 0 ? dt : std::min(counts.smallest_step, dt);
   counts.largest_step = std::max(counts.largest_step, dt);
   ++counts.steps;
   return after_step(state);
+}
+
+double Stepper::allowed_excess() const {
+  constexpr double part_of_span = 1e-2;  // methods of second order overshoot a little where data jump
+  return std::max(part_of_span * watch_.span(), 10 * options_.tolerance.value_or(0));
+}
+
+bool Stepper::leaves_range(HeatSystem& system, double t, double t_new, std::span<double> u) {
+  watch_.see(system, t, t_new);
+  return watch_.excess(system, system.temperatures(u)) > allowed_excess();
+}
+
+void require_motion(double t, double t_new) {
+  if (t_new > t) return;
+  throw Error(Fault::numbers, fmt::format("steps have become so short that time stands still at t = {:.6g} s", t),
+              "look for properties, conditions, sources or an end of an absurd size, or for a run-away");
 }
 
 double Stepper::tolerance(HeatSystem& system, const State& state) {
@@ -60,8 +83,15 @@ double Stepper::tolerance(HeatSystem& system, const State& state) {
 EqualSteps::EqualSteps(double begin, double end, double step)
     : begin_(begin),
       end_(end),
-      count_(std::max(1L, static_cast<long>(std::ceil((end - begin) / step * (1 - 1e-9))))),
+      count_(count(end - begin, step, begin)),
       step_((end - begin) / static_cast<double>(count_)) {}
+
+long EqualSteps::count(double length, double step, double begin) {
+  const double count = std::ceil(length / step * (1 - 1e-9));
+  constexpr double most = 0x1p52;  // time would not move
+  if (!(count < most)) require_motion(begin, begin);
+  return std::max(1L, static_cast<long>(count));
+}
 
 double StepControl::next(double t, double end, double most) {
   const double dt = std::min(proposal_, most), left = end - t;

@@ -9,6 +9,7 @@
 
 #include "case/registry.hpp"
 #include "solve/integrator.hpp"
+#include "solve/range_watch.hpp"
 
 namespace calor {
 
@@ -48,17 +49,28 @@ class Stepper : public Integrator {
   virtual bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
                      const AfterStep& after_step) = 0;
 
-  /// Books an accepted step, checks the state and reports it.
-  bool accept(HeatSystem& system, const State& state, double dt, const AfterStep& after_step);
+  /// Books an accepted step, checks the state and reports it. Throws Error(numbers) where temperatures are not finite
+  /// or cannot be.
+  bool accept(HeatSystem& system, State& state, double dt, const AfterStep& after_step);
+  /// Do degrees of freedom u at t_new, a step after t, lie farther out of the range of data than errors of steps may
+  /// take them? Collective.
+  bool leaves_range(HeatSystem& system, double t, double t_new, std::span<double> u);
   /// The step tolerance now, K.
   double tolerance(HeatSystem& system, const State& state);
 
   StepOptions options_;
 
  private:
+  /// How far out of the range of data temperatures may be, K.
+  double allowed_excess() const;
+
   std::optional<std::vector<double>> events_;
+  RangeWatch watch_;
   double largest_span_ = 0;
 };
+
+/// Throws Error(numbers) where a step from t does not move the time.
+void require_motion(double t, double t_new);
 
 /// Equal steps of about `step` that end exactly at the end of the interval.
 class EqualSteps {
@@ -69,6 +81,9 @@ class EqualSteps {
   double step() const { return step_; }
 
  private:
+  /// Throws Error(numbers) where steps are too short to move the time.
+  static long count(double length, double step, double begin);
+
   double begin_, end_;
   long count_;
   double step_;

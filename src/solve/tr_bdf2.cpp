@@ -51,6 +51,7 @@ class TrBdf2 final : public ImplicitStepper {
     while (state.t < interval.end()) {
       const double dt = control_.next(state.t, interval.end(), longest);
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
+      require_motion(state.t, t_new);
       const double allowed = tolerance(system, state);
       if (!stages(system, state, interval, dt, t_new, part_for_newton * allowed)) {
         if (dt < 1e-6 * std::min(euler_limit, interval.end())) fail(state.t, dt);
@@ -58,7 +59,13 @@ class TrBdf2 final : public ImplicitStepper {
         ++counts.rejected;
         continue;
       }
-      if (!control_.judge(dt, error(system, dt) / allowed, least_part_of_euler * euler_limit)) {
+      const double always_good = least_part_of_euler * euler_limit;
+      if (!control_.judge(dt, error(system, dt) / allowed, always_good)) {
+        ++counts.rejected;
+        continue;
+      }
+      if (dt > always_good && leaves_range(system, state.t, t_new, T_)) {
+        control_.reduce(dt);
         ++counts.rejected;
         continue;
       }

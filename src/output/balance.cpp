@@ -1,0 +1,155 @@
+#include "output/balance.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <map>
+
+#include "base/parallel.hpp"
+#include "output/files.hpp"
+#include "output/observer.hpp"
+
+namespace calor {
+
+Balance::Balance(HeatSystem& system) : system_(system) {
+  add_materials();
+  add_sections();
+  add_faces();
+}
+
+void Balance::keep(Zone zone) {
+  if (any(system_.cloud().comm, !zone.point.empty())) zones_.push_back(std::move(zone));
+}
+
+void Balance::add_materials() {
+  const Cloud& cloud = system_.cloud();
+  const Parts& parts = system_.material().parts();
+  const std::vector<PlacesOfPart> shares = parts.cell_shares();
+  std::map<std::string, std::map<int, double>> share_of_point;  // layers of one material are one
+  for (int part = 0; part < parts.count(); ++part)
+    for (std::size_t n = 0; n < shares[part].place.size(); ++n)
+      if (shares[part].place[n] < cloud.owned)
+        share_of_point[parts[part].material][shares[part].place[n]] += shares[part].share[n];
+  for (int part = 0; part < parts.count(); ++part) {
+    Zone zone{.name = parts[part].material};
+    if (std::ranges::count(zones_, zone.name, &Zone::name)) continue;
+    for (const auto& [point, share] : share_of_point[zone.name]) {
+      zone.point.push_back(point);
+      zone.weight.push_back(share * cloud.volume[point]);
+    }
+    keep(std::move(zone));
+  }
+}
+
+void Balance::add_sections() {
+  const Conditions& conditions = system_.conditions();
+  for (int account = 0; account < system_.boundary_accounts(); ++account) {
+    Zone zone{.name = accounts()[account]};
+    for (const PrescribedTerm& term : conditions.temperatures) {
+      if (term.account != account) continue;
+      zone.point = term.point;
+      for (const Vec3& area : term.area) zone.weight.push_back(norm(area));
+    }
+    for (const SurfaceTerm& term : conditions.fluxes) {
+      if (term.account != account || (!zone.point.empty() && !term.is_plate)) continue;
+      zone.point.insert(zone.point.end(), term.point.begin(), term.point.end());
+      zone.weight.insert(zone.weight.end(), term.area.begin(), term.area.end());
+    }
+    if (std::ranges::find(zones_, zone.name, &Zone::name) != zones_.end()) zone.name = "face " + zone.name;
+    keep(std::move(zone));
+  }
+}
+
+void Balance::add_faces() {
+  const Cloud& cloud = system_.cloud();
+  for (std::size_t face = 0; face < cloud.faces.size(); ++face) {
+    Zone zone{.name = cloud.faces[face]};
+    const auto is_taken = [&] { return std::ranges::count(zones_, zone.name, &Zone::name) > 0; };
+    const bool is_section = std::ranges::count(accounts(), zone.name) > 0;
+    if (is_taken() && is_section) continue;
+    if (is_taken()) zone.name = "face " + zone.name;
+    for (const Facet& facet : cloud.facets) {
+      if (facet.face != static_cast<int>(face)) continue;
+      zone.point.push_back(facet.point);
+      zone.weight.push_back(facet.area);
+    }
+    keep(std::move(zone));
+  }
+}
+
+std::vector<double> Balance::heat_flows(double t, std::span<const double> u) const {
+  std::vector<double> own(u.begin(), u.end());
+  return system_.heat_flows(t, own);
+}
+
+Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) const {
+  const MPI_Comm comm = system_.cloud().comm;
+  std::vector<double> products;
+  double low = std::numeric_limits<double>::infinity(), high = -low;
+  for (std::size_t n = 0; n < zone.point.size(); ++n) {
+    const double value = T[zone.point[n]];
+    low = std::min(low, value), high = std::max(high, value);
+    products.insert(products.end(), {zone.weight[n] * value, zone.weight[n]});
+  }
+  const std::vector<double> totals = sums(comm, products, 2);
+  low = min(comm, low), high = max(comm, high);
+  return {.mean = totals[1] > 0 ? std::clamp(totals[0] / totals[1], low, high) : 0.5 * (low + high),
+          .minimum = low,
+          .maximum = high};
+}
+
+namespace {
+
+/// balance.csv: a row a time; the last one is also in the report.
+class BalanceLog : public Observer {
+ public:
+  explicit BalanceLog(const RunSetup& run) : run_(run), balance_(run.description, run.system) {
+    int account = 0;
+    for (const std::string& name : balance_.accounts()) {
+      const bool is_boundary = account++ < run.system.boundary_accounts();
+      header_ += fmt::format(",heat flow {} {} [W]", is_boundary ? "through" : "from", name);
+      names_.push_back("heat_flow." + name);
+    }
+    for (const Balance::Zone& zone : balance_.zones())
+      for (const char* what : {"mean", "minimum", "maximum"}) {
+        header_ += fmt::format(",{} of {} [K]", what, zone.name);
+        names_.push_back(fmt::format("{}.{}", what, zone.name));
+      }
+  }
+
+  void begin() override {
+    if (!run_.folder.empty()) log_ = CsvLog(run_.comm(), run_.folder + "/balance.csv", header_);
+  }
+  void record(const Moment& m) override {
+    std::vector<double> row = values(m);
+    row.insert(row.begin(), m.state().t);
+    log_.row(row);
+  }
+  void finish(const Moment& m, RunResult& result) override {
+    const std::vector<double> last = values(m);
+    for (std::size_t n = 0; n < last.size(); ++n) result.numbers[names_[n]] = last[n];
+  }
+
+ private:
+  std::vector<double> values(const Moment& m) const {
+    std::vector<double> row = balance_.heat_flows(m.state().t, m.state().T);
+    for (const Balance::Zone& zone : balance_.zones()) {
+      const auto [mean, minimum, maximum] = balance_.summary(zone, m.temperatures());
+      row.insert(row.end(), {mean, minimum, maximum});
+    }
+    return row;
+  }
+
+  const RunSetup& run_;
+  Balance balance_;
+  std::string header_ = "time [s]";
+  std::vector<std::string> names_;  ///< in the report
+  CsvLog log_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_balance_log(const RunSetup& run) { return std::make_unique<BalanceLog>(run); }
+
+}  // namespace calor

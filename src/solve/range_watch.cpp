@@ -1,0 +1,59 @@
+#include "solve/range_watch.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+
+void RangeWatch::begin(HeatSystem& system, const State& state) {
+  std::vector<double> u = state.T;
+  for (const double value : system.temperatures(u)) range_.low = std::min(range_.low, value), range_.high = std::max(range_.high, value);
+  const MPI_Comm comm = system.cloud().comm;
+  range_ = {.low = min(comm, range_.low), .high = max(comm, range_.high)};
+  see(system, state.t, state.t);
+}
+
+void RangeWatch::see(HeatSystem& system, double t_old, double t_new) {
+  for (const double t : {0.5 * (t_old + t_new), t_new}) {
+    const HeatSystem::Extremes outer = system.outer_temperatures(t);
+    range_ = {.low = std::min(range_.low, outer.low), .high = std::max(range_.high, outer.high)};
+  }
+}
+
+double RangeWatch::excess_of(const HeatSystem& system, double T) const {
+  if (system.keeps_range()) return std::max(range_.low - T, T - range_.high);
+  return is_absolute() ? -T : 0;
+}
+
+double RangeWatch::excess(HeatSystem& system, std::span<const double> T) const {
+  double largest = 0;
+  for (const double value : T) largest = std::max(largest, excess_of(system, value));
+  return max(system.cloud().comm, largest);
+}
+
+void RangeWatch::require(HeatSystem& system, double t, std::span<const double> T, double allowed) const {
+  const double largest = excess(system, T);
+  if (!(largest > allowed)) return;
+  const Cloud& cloud = system.cloud();
+  collective_try(cloud.comm, [&] {
+    for (std::size_t i = 0; i < T.size(); ++i) {
+      if (excess_of(system, T[i]) < largest) continue;
+      const Vec3& x = cloud.x[i];
+      const std::string where = fmt::format("the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K at "
+                                            "t = {:.6g} s",
+                                            cloud.id[i], x.x, x.y, x.z, T[i], t);
+      if (!system.keeps_range())
+        throw Error(Fault::numbers, where + ", below absolute zero",
+                    "take out less heat, or take a smaller [time] step if the one taken was too long");
+      throw Error(Fault::numbers,
+                  fmt::format("{}, outside the range of start, walls and surroundings, {:.6g} to {:.6g} K", where,
+                              range_.low, range_.high),
+                  "take a smaller [time] step, or an integrator that chooses it");
+    }
+  });
+}
+
+}  // namespace calor

@@ -1,0 +1,32 @@
+#pragma once
+// Temperatures that cannot be: below absolute zero, or, where nothing heats or cools from inside, outside the range of
+// start, walls and surroundings (the maximum principle). They tell that a time step was too long.
+#include <span>
+#include <vector>
+
+#include "solve/heat_system.hpp"
+
+namespace calor {
+
+class RangeWatch {
+ public:
+  /// Takes in the body at the start of a run. Collective.
+  void begin(HeatSystem& system, const State& state);
+  /// Takes in walls and surroundings between two times. Collective.
+  void see(HeatSystem& system, double t_old, double t_new);
+
+  double span() const { return range_.span(); }
+  /// Largest distance of the temperatures of the owned points from where they can be, K. Collective.
+  double excess(HeatSystem& system, std::span<const double> T) const;
+  /// Throws Error(numbers) that names the point farthest out where that is more than `allowed`, K. Collective.
+  void require(HeatSystem& system, double t, std::span<const double> T, double allowed) const;
+
+ private:
+  /// Data that lie below absolute zero count temperatures from somewhere else.
+  bool is_absolute() const { return range_.low >= 0; }
+  double excess_of(const HeatSystem& system, double T) const;
+
+  HeatSystem::Extremes range_;
+};
+
+}  // namespace calor
