@@ -116,14 +116,16 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const d
   std::vector<double> below(cloud.owned), all(cloud.owned), squares(3 * static_cast<std::size_t>(cloud.owned));
   std::int64_t inside = 0;
   for (int i = 0; i < cloud.owned; ++i) {
+    bool near_wall = cloud.on_faces[i] != 0;  // off the walls, the facets of the wall cells carry a part of (M)
     Vec3 moment;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = neighbours.x_ji(cloud.x, i, n);
       moment += G[n] * product(r, r);
       all[i] += std::abs(G[n]) * dot(r, r);
       if (G[n] < 0) below[i] -= G[n] * dot(r, r);
+      near_wall = near_wall || (!cloud.points_on_walls && cloud.on_faces[neighbours.column[n]] != 0);
     }
-    if (cloud.on_faces[i] != 0) continue;
+    if (near_wall) continue;
     ++inside;
     for (int a = 0; a < cloud.dimension; ++a) squares[3 * i + a] = std::pow(moment[a] / (2 * cloud.volume[i]) - 1, 2);
   }
@@ -186,17 +188,18 @@ void add_to_report(const CorrectionReport& done, std::map<std::string, double>& 
 }
 
 void require_sound(const CorrectionReport& done) {
-  // On jittered lattices (displaced by 0.1, 0.2 and 0.4 spacings, in two dimensions and three) errors stay below a
-  // tenth of the span up to 0.33, and temperatures leave the range of their data from 0.35 on.
-  constexpr double largest_moment_error = 0.3, largest_negative_share = 0.1;
-  if (done.moment_error <= largest_moment_error && done.negative_share <= largest_negative_share) return;
-  throw Error(
-      Fault::bad_case,
-      fmt::format("no good weights of pairs for this cloud: along an axis they conduct {:.2g} of the conductivity "
-                  "more or less, as a root mean square over the points (at most {:g} is taken), and a share of "
-                  "{:.2g} of them is negative (at most {:g})",
-                  done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
-      "use points that lie in lines (no jitter) or spacings that are more alike, or method = \"mlpg\"");
+  // On jittered lattices (displaced by 0.1, 0.2 and 0.4 spacings, of one spacing to ten to one) errors stay below a
+  // tenth of the span up to a moment error of 0.33, and temperatures leave the range of their data from 0.35 on. A few
+  // cubes an edge are off as much in their corners, but need no such change of weights: below 4, against 19 and more.
+  constexpr double largest_moment_error = 0.3, largest_change = 10, largest_negative_share = 0.1;
+  const bool unlike = done.moment_error > largest_moment_error && done.change > largest_change;
+  if (!unlike && done.negative_share <= largest_negative_share) return;
+  throw Error(Fault::bad_case,
+              fmt::format("no good weights of pairs for this cloud: along an axis they conduct {:.2g} of the "
+                          "conductivity more or less, as a root mean square over the points (at most {:g} is taken), "
+                          "and a share of {:.2g} of them is negative (at most {:g})",
+                          done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
+              "use points that lie in lines (no jitter) or spacings that are more alike, or method = \"mlpg\"");
 }
 
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,

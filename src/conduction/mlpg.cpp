@@ -195,14 +195,6 @@ Support support_of(const Case& c) {
 /// An unjittered lattice of one spacing along every axis.
 bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded(); }
 
-/// Of a lattice stretched to spacing 1, over that along the axis of the least spacing.
-Vec3 stretched_conductivity(const Lattice& lattice) {
-  if (lattice.largest_dx() - lattice.least_dx() <= 1e-9 * lattice.largest_dx()) return {1, 1, 1};
-  Vec3 k;
-  for (int a = 0; a < lattice.box().dimension; ++a) k[a] = std::pow(lattice.least_dx() / lattice.dx(a), 2);
-  return k;
-}
-
 /// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
 std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
                                          const FaceConduction& conduction, bool transient, MethodReport& report) {

@@ -159,6 +159,13 @@ LatticeCell lattice_sphere(int D, double radius, bool one_point) {
   return cell;
 }
 
+Vec3 stretched_conductivity(const Lattice& lattice) {
+  if (lattice.largest_dx() - lattice.least_dx() <= 1e-9 * lattice.largest_dx()) return {1, 1, 1};
+  Vec3 k;
+  for (int a = 0; a < lattice.box().dimension; ++a) k[a] = std::pow(lattice.least_dx() / lattice.dx(a), 2);
+  return k;
+}
+
 LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell,
                                const Vec3& conductivity) {
   const int D = mls.dimension;

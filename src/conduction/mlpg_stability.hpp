@@ -29,8 +29,11 @@ struct LatticeSymbols {
   bool stable() const { return least_capacity > 0 && least_rate > -1e-9; }
 };
 
-/// R: support radius in spacings, the same for all points. `conductivity` along every axis of the stretched lattice:
-/// (d / s_a)^2 for spacings s_a.
+/// Conductivity along every axis of a lattice that is stretched to spacing 1, over that along the axis of the least
+/// spacing: (d / s_a)^2 for spacings s_a.
+Vec3 stretched_conductivity(const Lattice& lattice);
+
+/// R: support radius in spacings, the same for all points. `conductivity`: see stretched_conductivity.
 LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const LatticeCell& cell,
                                const Vec3& conductivity = {1, 1, 1});
 

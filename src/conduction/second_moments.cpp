@@ -138,8 +138,9 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
   const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
   std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
+  std::vector<Six> scales(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
-    const Six s = over_spacings(cloud.metric[i]);
+    const Six s = scales[i] = over_spacings(cloud.metric[i]);
     double* R = rhs.data() + 6 * i;
     double* d = diagonal.data() + 6 * i;
     double fourth = 0;
@@ -163,7 +164,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const auto set_tau = [&](std::span<const double> p) {
     for (int i = 0; i < cloud.owned; ++i) {
       const double* t = p.data() + 6 * i;
-      const Six s = over_spacings(cloud.metric[i]);  // as the rows of the fit
+      const Six& s = scales[i];  // as the rows of the fit
       tau.set(i, 1, {s[0] * t[0], s[1] * t[1], s[2] * t[2], s[3] * t[3], s[4] * t[4], s[5] * t[5]});
     }
     tau.update(cloud.halo);
@@ -171,7 +172,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
     set_tau(p);
     for_each_change(cloud, neighbours, g, tau, [&](int i, const Six& sum) {
-      const Six s = over_spacings(cloud.metric[i]);
+      const Six& s = scales[i];
       for (int c = 0; c < 6; ++c) {
         const std::size_t k = 6 * static_cast<std::size_t>(i) + c;
         y[k] = sum[c] * s[c] + softness * diagonal[k] * p[k];

@@ -134,6 +134,7 @@ TEST(Correction, DoesNotDependOnWhereTheBodyStandsNorOnItsSize) {
       other.volume[i] *= volume;
       other.full_volume[i] *= volume;
       other.spacing[i] *= length;
+      other.metric[i] = {other.spacing[i], other.spacing[i], other.spacing[i]};
     }
     CorrectionReport report;
     const auto G = sph_consistent_weights(other, w.neighbours, 1.2, report);
