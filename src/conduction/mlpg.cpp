@@ -269,10 +269,11 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
                              MethodReport& report) {
   constexpr double smoothing = 1.2;
   const bool tiles = cloud.lattice && !has_cracks(c);
+  const LineForce neighbours_alone = [](std::int64_t /*steps*/, double /*distance*/, double /*spacing*/) { return 1.0; };
   MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
   count_pairs(cloud, pairs.neighbours, report);
   CorrectionReport done;
-  auto G = tiles ? graded_lattice_weights(cloud, pairs.neighbours, done)
+  auto G = tiles ? lattice_line_weights(cloud, pairs.neighbours, neighbours_alone, done)
                  : sph_consistent_weights(cloud, pairs.neighbours, smoothing, done);
   auto discretisation =
       with_cracks(c, cloud, parts, conditions, std::move(pairs), std::move(G), Layers::odd, done, report);
