@@ -211,11 +211,11 @@ std::vector<double> acting_area(const SurfaceTerm& term) {
 /// does not at the other.
 Integrand flux_at_start(const SurfaceFlux& flux) {
   return {.f = [&](std::span<const Vec3> x, std::span<double> out) {
+    if (!flux.depends_on_temperature()) return flux.evaluate({.x = x}, out, {});
     std::ranges::fill(out, 0.0);
     constexpr double other = 40;  // K
     std::vector<double> T = flux.ambient(x, 0), q(x.size());
-    if (T.empty() && flux.depends_on_temperature()) return;  // nobody knows which temperatures it is made for
-    T.resize(x.size());
+    if (T.empty()) return;  // nobody knows which temperatures it is made for
     for (const double part : {1., 0.6}) {
       flux.evaluate({.x = x, .T = T}, q, {});
       for (std::size_t n = 0; n < q.size(); ++n) out[n] += part * q[n];

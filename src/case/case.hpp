@@ -94,8 +94,8 @@ class Case {
 
 // Selections of points by formula: where = "x > 0.5 && r < 1", with length = "mm" beside it.
 
-/// The formula of `table`'s key `where`: not 0 where it is true. Throws Error(bad_case) at the key for a formula that is
-/// wrong or depends on more than place.
+/// The formula of `table`'s key `where`: not 0 where it is true. Throws Error(bad_case) at the key for a formula that
+/// is wrong or depends on more than place.
 Function where_function(const Case& c, const Table& table);
 
 /// 1 for every point at which the formula of `table`'s key `where` is true. Throws Error(bad_case) at the key for a
