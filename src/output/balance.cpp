@@ -104,7 +104,7 @@ namespace {
 /// balance.csv: a row a time; the last one is also in the report.
 class BalanceLog : public Observer {
  public:
-  explicit BalanceLog(const RunSetup& run) : run_(run), balance_(run.description, run.system) {
+  explicit BalanceLog(const RunSetup& run) : run_(run), balance_(run.system) {
     int account = 0;
     for (const std::string& name : balance_.accounts()) {
       const bool is_boundary = account++ < run.system.boundary_accounts();
