@@ -65,8 +65,8 @@ double read_quantity(const Value& value, const Key& key) {
     refuse_value(value, fmt::format("\"{}\" has no unit", value.text),
                  fmt::format("'{}' needs a unit, e.g. \"{} {}\"", key.name, q.value, key.unit));
   try {
-    const double si = key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit)
-                                                   : to_si(q.value, q.unit, key.unit);
+    const double si =
+        key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit) : to_si(q.value, q.unit, key.unit);
     return key.unit.empty() ? si : plausible(si, value, key);
   } catch (const std::invalid_argument& e) {
     refuse_value(value, fmt::format("'{}' = \"{}\": {}", key.name, value.text, e.what()),

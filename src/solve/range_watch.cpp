@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "base/parallel.hpp"
 
@@ -10,7 +11,8 @@ namespace calor {
 
 void RangeWatch::begin(HeatSystem& system, const State& state) {
   std::vector<double> u = state.T;
-  for (const double value : system.temperatures(u)) range_.low = std::min(range_.low, value), range_.high = std::max(range_.high, value);
+  for (const double value : system.temperatures(u))
+    range_.low = std::min(range_.low, value), range_.high = std::max(range_.high, value);
   const MPI_Comm comm = system.cloud().comm;
   range_ = {.low = min(comm, range_.low), .high = max(comm, range_.high)};
   see(system, state.t, state.t);
@@ -29,9 +31,12 @@ double RangeWatch::excess_of(const HeatSystem& system, double T) const {
 }
 
 double RangeWatch::excess(HeatSystem& system, std::span<const double> T) const {
-  double largest = 0;
-  for (const double value : T) largest = std::max(largest, excess_of(system, value));
-  return max(system.cloud().comm, largest);
+  constexpr double round_off = 1e-9;  // of the hottest point: walls may be at 0 K
+  double largest = 0, hottest = 0;
+  for (const double value : T)
+    largest = std::max(largest, excess_of(system, value)), hottest = std::max(hottest, std::abs(value));
+  largest = max(system.cloud().comm, largest);
+  return largest > round_off * max(system.cloud().comm, hottest) ? largest : 0;
 }
 
 void RangeWatch::require(HeatSystem& system, double t, std::span<const double> T, double allowed) const {
@@ -42,9 +47,10 @@ void RangeWatch::require(HeatSystem& system, double t, std::span<const double> T
     for (std::size_t i = 0; i < T.size(); ++i) {
       if (excess_of(system, T[i]) < largest) continue;
       const Vec3& x = cloud.x[i];
-      const std::string where = fmt::format("the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K at "
-                                            "t = {:.6g} s",
-                                            cloud.id[i], x.x, x.y, x.z, T[i], t);
+      const std::string where = fmt::format(
+          "the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K at "
+          "t = {:.6g} s",
+          cloud.id[i], x.x, x.y, x.z, T[i], t);
       if (!system.keeps_range())
         throw Error(Fault::numbers, where + ", below absolute zero",
                     "take out less heat, or take a smaller [time] step if the one taken was too long");
