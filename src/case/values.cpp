@@ -49,7 +49,8 @@ double plausible(double si, const Value& value, const Key& key) {
   if (si != 0 && !(std::abs(si) <= largest && std::abs(si) >= smallest))
     refuse_value(value, fmt::format("'{}' is {:.3g} {}, which is no physical size", key.name, si, key.unit),
                  fmt::format("give a number between {:.0e} and {:.0e} {}, or 0", smallest, largest, key.unit));
-  return above_absolute_zero(si, value, key);
+  // Conditions say by themselves whose ambient it is.
+  return key.name == "ambient" ? si : above_absolute_zero(si, value, key);
 }
 
 double read_quantity(const Value& value, const Key& key) {
