@@ -51,8 +51,8 @@ class CsvReader {
   std::vector<CsvColumn> columns_;
   std::vector<double> scale_, offset_;  // SI = offset + scale * number
   std::vector<std::string_view> cells_;
-  int line_number_ = 0;      // of the row
-  bool knows_line_ = true;   // only in the first part of a file
+  int line_number_ = 0;                        // of the row
+  bool knows_line_ = true;                     // only in the first part of a file
   std::int64_t at_ = 0, after_ = 0, end_ = 0;  // bytes: start of the row, of the next one, of the next part
 };
 

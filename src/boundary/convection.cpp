@@ -1,4 +1,6 @@
 // Convection: k dT/dn = h (T_ambient - T), n outward.
+#include <fmt/format.h>
+
 #include <limits>
 
 #include "boundary/surface_fluxes.hpp"
@@ -50,8 +52,11 @@ SurfaceFluxKind convection() {
               },
           .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
             const Table table = boundary.sub("convection");
-            return std::make_unique<Convection>(PointFunction(table.function("h"), x),
-                                                PointFunction(table.function("ambient"), x));
+            const Function ambient = table.function("ambient");
+            if (ambient.is_constant() && ambient() < 0)
+              table.refuse("ambient", fmt::format("'ambient' is {:.6g} K, below absolute zero", ambient()),
+                           "check the number and its unit");
+            return std::make_unique<Convection>(PointFunction(table.function("h"), x), PointFunction(ambient, x));
           }};
 }
 

@@ -226,7 +226,8 @@ Rows file_rows(const FunctionTable& parts, Argument& argument, const Context& co
 void separate_jumps(std::vector<double>& times) {
   const double span = times.back() - times.front();
   for (std::size_t n = 1; n < times.size(); ++n)
-    if (times[n] == times[n - 1]) times[n] += 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(times[n]), 1e-3 * span);
+    if (times[n] == times[n - 1])
+      times[n] += 4 * std::numeric_limits<double>::epsilon() * std::max(std::abs(times[n]), 1e-3 * span);
 }
 
 Function read_table(const FunctionTable& parts, const Context& context) {

@@ -81,7 +81,8 @@ void refuse_depth(const std::string& text, const std::string& file) {
       if (c == '\n') ++line;
       if (std::max(depth, dots) > deepest)
         throw Error(Fault::bad_case, {.file = file, .line = line},
-                    fmt::format("tables or lists are nested more than {} deep", deepest), "no key of a case lies so deep");
+                    fmt::format("tables or lists are nested more than {} deep", deepest),
+                    "no key of a case lies so deep");
     }
   }
 }

@@ -191,7 +191,10 @@ std::string json_of(const Table::Node& node) {
   std::vector<std::string> done;
   for (const Key* key : node.known.keys)
     if (has_fallback(*key) && !node.written(key->name) && !is_in(done, key->name)) {
-      append(out, key->name, json_of(fallback_value(*key, {})));
+      const auto by_its_key =
+          std::ranges::find_if(key->choices, [&](const auto& c) { return node.written(c) != nullptr; });
+      const bool is_chosen = key->kind == Kind::choice && by_its_key != key->choices.end();
+      append(out, key->name, json_of(is_chosen ? Value::of_text(*by_its_key, {}) : fallback_value(*key, {})));
       done.push_back(key->name);
     }
   for (const std::string& name : node.known.tables) {

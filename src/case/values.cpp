@@ -49,7 +49,8 @@ double plausible(double si, const Value& value, const Key& key) {
   if (si != 0 && !(std::abs(si) <= largest && std::abs(si) >= smallest))
     refuse_value(value, fmt::format("'{}' is {:.3g} {}, which is no physical size", key.name, si, key.unit),
                  fmt::format("give a number between {:.0e} and {:.0e} {}, or 0", smallest, largest, key.unit));
-  return above_absolute_zero(si, value, key);
+  // Conditions say by themselves whose ambient it is.
+  return key.name == "ambient" ? si : above_absolute_zero(si, value, key);
 }
 
 double read_quantity(const Value& value, const Key& key) {
@@ -65,8 +66,8 @@ double read_quantity(const Value& value, const Key& key) {
     refuse_value(value, fmt::format("\"{}\" has no unit", value.text),
                  fmt::format("'{}' needs a unit, e.g. \"{} {}\"", key.name, q.value, key.unit));
   try {
-    const double si = key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit)
-                                                   : to_si(q.value, q.unit, key.unit);
+    const double si =
+        key.kind == Kind::difference ? difference_to_si(q.value, q.unit, key.unit) : to_si(q.value, q.unit, key.unit);
     return key.unit.empty() ? si : plausible(si, value, key);
   } catch (const std::invalid_argument& e) {
     refuse_value(value, fmt::format("'{}' = \"{}\": {}", key.name, value.text, e.what()),

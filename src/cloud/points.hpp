@@ -60,8 +60,8 @@ struct Points {
 struct Slice {
   std::int64_t begin, end;
 };
-/// Throws Error(bad_case) where the ranks could not hold so many points, before any of them is made. They are counted in
-/// a double, in which no product of counts is too large.
+/// Throws Error(bad_case) where the ranks could not hold so many points, before any of them is made. They are counted
+/// in a double, in which no product of counts is too large.
 void refuse_too_many(MPI_Comm comm, double count);
 /// Throws Error(bad_case) when a rank would hold more points than local indices can count.
 Slice slice(MPI_Comm comm, std::int64_t count);

@@ -1,6 +1,6 @@
 #pragma once
-// The stiffness of the lambda solve (linear_consistency.cpp) of points on a line, factorised. Conjugate gradients with a
-// diagonal preconditioner would take as many iterations as there are points, as each hands on what it knows by one
+// The stiffness of the lambda solve (linear_consistency.cpp) of points on a line, factorised. Conjugate gradients with
+// a diagonal preconditioner would take as many iterations as there are points, as each hands on what it knows by one
 // support.
 #include <span>
 

@@ -24,10 +24,42 @@ double bisect(const Search& s, double T) {
   return 0.5 * (s.low + s.high);
 }
 
+constexpr std::size_t block = 1024;
+
+/// Newton's method without a bracket: from a good guess, as a step of time leaves it, it is there after two
+/// evaluations. False, and T as it was, where it is not there soon.
+bool converges_at_once(const Increasing& f, std::span<const double> H, std::span<double> T) {
+  constexpr int most_sweeps = 4;
+  const std::size_t n = H.size();
+  std::array<double, block> T_now, H_now, slope, last;
+  std::ranges::copy(T, T_now.begin());
+  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
+    f({T_now.data(), n}, {H_now.data(), n}, {slope.data(), n});
+    bool is_safe = true, is_there = true;  // no early exit: this vectorises
+    for (std::size_t i = 0; i < n; ++i) {
+      const double step = (H[i] - H_now[i]) / slope[i], size = std::abs(step), level = std::abs(T_now[i]);
+      const double tolerance = 1e-13 * level + 1e-300;
+      // The next step would be step^3 / last^2, as below.
+      const bool next_is_nothing =
+          sweep > 0 && size <= 1e-8 * level && 100 * size * step * step <= tolerance * last[i] * last[i];
+      is_safe &= slope[i] > 0 && size <= 0.05 * level + tolerance;
+      is_there &= size <= tolerance || next_is_nothing;
+      last[i] = step;
+      T_now[i] += step;
+    }
+    if (!is_safe) return false;
+    if (is_there) {
+      std::copy_n(T_now.begin(), n, T.begin());
+      return true;
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 int invert_increasing(const Increasing& f, std::span<const double> H, std::span<double> T) {
-  constexpr std::size_t block = 1024;
+  if (converges_at_once(f, H, T)) return -1;
   std::array<Search, block> search;
   std::array<double, block> H_now, slope;
   const std::size_t n = H.size();

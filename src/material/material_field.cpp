@@ -129,11 +129,13 @@ struct MaterialField::Impl {
     if (k_depends_on_T || k_depends_on_time) return;
     const std::vector<double> T(x.size());
     std::vector<double> k(x.size());
-    sweep(&Region::at_point, 0, T, k, {}, [](const Region& r, std::size_t at, auto T, auto k, auto) { r.at->conductivity(at, 0, T, k, {}); });
+    sweep(&Region::at_point, 0, T, k, {},
+          [](const Region& r, std::size_t at, auto T, auto k, auto) { r.at->conductivity(at, 0, T, k, {}); });
     if (any(comm, std::ranges::any_of(k, [](double value) { return value > 0; }))) return;
     const Region& r = regions.front();
     throw Error(Fault::bad_case, r.conductivity_location,
-                fmt::format("the conductivity of '{}' is 0 W/(m K)", r.material->name), "it must be positive everywhere");
+                fmt::format("the conductivity of '{}' is 0 W/(m K)", r.material->name),
+                "it must be positive everywhere");
   }
 
   void enthalpy(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {

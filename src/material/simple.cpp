@@ -3,32 +3,25 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <tuple>
 
 #include "base/function.hpp"
+#include "material/heat_by_point.hpp"
 #include "material/library.hpp"
 
 namespace calor {
 namespace {
 
-// Gauss-Legendre, 16 points on [-1, 1] (Abramowitz & Stegun, table 25.4); symmetric.
-constexpr std::array<double, 8> gauss_x = {0.0950125098376374402, 0.2816035507792589132, 0.4580167776572273863,
-                                           0.6178762444026437484, 0.7554044083550030339, 0.8656312023878317439,
-                                           0.9445750230732325761, 0.9894009349916499326};
-constexpr std::array<double, 8> gauss_w = {0.1894506104550684963, 0.1826034150449235889, 0.1691565193950025382,
-                                           0.1495959888165767320, 0.1246289712555338720, 0.0951585116824927848,
-                                           0.0622535239386478929, 0.0271524594117540949};
-
 /// `least`: 0 where the property may vanish, as the conductivity of an insulator.
 PointValues checked_values(const Function& f, std::span<const Vec3> x, const std::string& what, const std::string& unit,
                            double least = std::numeric_limits<double>::denorm_min()) {
   PointValues values(f, x);
+  if (std::ranges::all_of(values.all(), [&](double v) { return v >= least && std::isfinite(v); })) return values;
   for (std::size_t i = 0; i < values.all().size(); ++i) {
     const double value = values.all()[i];
-    if (value >= least && std::isfinite(value)) continue;
+    if (value > 0 && std::isfinite(value)) continue;  // names the place from where on it is wrong
     const std::string where =
         values.is_uniform() ? "" : fmt::format(" at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z);
     throw Error(Fault::bad_case, f.location(), fmt::format("the {} is {:.6g} {}{}", what, value, unit, where),
@@ -78,7 +71,7 @@ class Capacity {
  public:
   Capacity(const Function& rho, const Function& c, const std::optional<LatentHeat>& latent, std::span<const Vec3> x,
            const TemperatureRange& range, const std::string& of)
-      : rho_(rho), c_(c), latent_(latent), x_(x), reference_(range.reference) {
+      : latent_(latent), reference_(range.reference) {
     if (of_place_alone(rho)) density_.emplace(checked_values(rho, x, "density" + of, "kg/m^3"));
     if (of_place_alone(c)) specific_heat_.emplace(checked_values(c, x, "specific heat" + of, "J/(kg K)"));
     if (density_ && specific_heat_) return;
@@ -89,6 +82,8 @@ class Capacity {
       const Curve a = rho.curve(range.low, range.high), b = c.curve(range.low, range.high);
       curve_ = Curve::sampled([a, b](double T) { return a.value(T) * b.value(T); }, range.low, range.high);
       density_.emplace(std::vector<double>{1});
+    } else {
+      by_point_.emplace(rho, c, x, range);
     }
     if (curve_) start_ = curve_->integral(reference_);
   }
@@ -109,7 +104,6 @@ class Capacity {
 
  private:
   void sensible(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const {
-    const std::size_t n = T.size();
     if (density_ && specific_heat_) {
       for (std::size_t i = 0; i < H.size(); ++i)
         H[i] = (*density_)[first + i] * (*specific_heat_)[first + i] * (T[i] - reference_);
@@ -120,32 +114,15 @@ class Capacity {
       if (!rho_c.empty()) curve_->values(T, rho_c);
       for (std::size_t i = 0; i < rho_c.size(); ++i) rho_c[i] *= (*density_)[first + i];
     } else {
-      std::vector<double> at(n), value(n);
-      if (!rho_c.empty()) product(first, T, rho_c);
-      if (!H.empty()) std::ranges::fill(H, 0.0);
-      for (std::size_t q = 0; q < 2 * gauss_x.size() && !H.empty(); ++q) {
-        const double s = q % 2 ? gauss_x[q / 2] : -gauss_x[q / 2];
-        for (std::size_t i = 0; i < n; ++i) at[i] = reference_ + 0.5 * (1 + s) * (T[i] - reference_);
-        product(first, at, value);
-        for (std::size_t i = 0; i < n; ++i) H[i] += 0.5 * gauss_w[q / 2] * (T[i] - reference_) * value[i];
-      }
+      by_point_->evaluate(first, T, H, rho_c);
     }
   }
 
-  void product(std::size_t first, std::span<const double> T, std::span<double> rho_c) const {
-    const Arguments args{.x = x_.subspan(first, T.size()), .T = T};
-    std::vector<double> c(T.size());
-    rho_.evaluate(args, rho_c);
-    c_.evaluate(args, c);
-    for (std::size_t i = 0; i < c.size(); ++i) rho_c[i] *= c[i];
-  }
-
-  Function rho_, c_;
   std::optional<LatentHeat> latent_;
-  std::span<const Vec3> x_;
   double reference_, start_ = 0;
   std::optional<PointValues> density_, specific_heat_;
-  std::optional<Curve> curve_;  // of c, or of rho c with density_ = 1
+  std::optional<Curve> curve_;           // of c, or of rho c with density_ = 1
+  std::optional<HeatByPoint> by_point_;  // of what depends on place and temperature
 };
 
 class SimplePointProperties final : public PointProperties {

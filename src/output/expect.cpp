@@ -26,8 +26,9 @@ void require_name(const Table& table, const Quantity& q, const std::vector<std::
   const std::string name = table.text(q.name);
   if (std::ranges::count(known, name)) return;
   const std::string near = nearest(name, known);
-  table.refuse(q.name, fmt::format("there is no {} '{}'", what, name),
-               near.empty() ? fmt::format("there are {}", fmt::join(known, ", ")) : fmt::format("did you mean '{}'?", near));
+  table.refuse(
+      q.name, fmt::format("there is no {} '{}'", what, name),
+      near.empty() ? fmt::format("there are {}", fmt::join(known, ", ")) : fmt::format("did you mean '{}'?", near));
 }
 
 bool reached(double t, double at) { return std::abs(t - at) <= 1e-9 * std::max(std::abs(t), std::abs(at)); }
@@ -40,7 +41,7 @@ struct Expectations::Impl {
   const Probes& probes;
   const WeldResults* weld;
   std::string folder;
-  Balance balance;
+  std::optional<Balance> balance;
   std::vector<Comparison> comparisons;
   std::vector<ReportBound> bounds;
   // What the k-th [[expect]] became: comparison or bounds, by their first index.
@@ -93,6 +94,8 @@ std::vector<int> Expectations::Impl::select(const Case& c, const Table& table, c
 
 const Quantity& Expectations::Impl::read_quantity(const Table& table) const {
   const Quantity& q = quantity_of(table);
+  if (!balance && (q.name == "heat_flow" || is_summary(q)))
+    table.refuse(q.name, "there is no balance to look at", "run the whole case");
   if (q.name == "volumetric_heat_capacity" && !material.has_capacity())
     table.refuse("quantity", "density or specific heat of the body are not known", "give its materials both");
   const bool is_of_weld =
@@ -112,10 +115,10 @@ const Quantity& Expectations::Impl::read_quantity(const Table& table) const {
                    names.empty() ? fmt::format("add [weld.extent.{}]", table.text("extent"))
                                  : fmt::format("the extents are: {}", fmt::join(names, ", ")));
   }
-  if (q.name == "heat_flow") require_name(table, q, balance.accounts(), "boundary section or source");
+  if (q.name == "heat_flow") require_name(table, q, balance->accounts(), "boundary section or source");
   if (is_summary(q)) {
     std::vector<std::string> zones;
-    for (const Balance::Zone& zone : balance.zones()) zones.push_back(zone.name);
+    for (const Balance::Zone& zone : balance->zones()) zones.push_back(zone.name);
     require_name(table, q, zones, "material or face");
   }
   if (q.name != "volume_fraction") return q;
@@ -176,10 +179,11 @@ void Expectations::Impl::read_comparison(const Case& c, const Table& table, cons
     e.name = table.text("name");
   } else {
     e.name = e.quantity->name == "extent" ? table.text("extent")
-             : e.quantity->is_of_body     ? e.quantity->name + (table.has(e.quantity->name) ? " of " + table.text(e.quantity->name) : "")
-             : subject == "probe"   ? "probe " + table.text("probe")
-             : subject == "where"   ? "points with " + table.text("where")
-                                    : "all points";
+             : e.quantity->is_of_body
+                 ? e.quantity->name + (table.has(e.quantity->name) ? " of " + table.text(e.quantity->name) : "")
+             : subject == "probe" ? "probe " + table.text("probe")
+             : subject == "where" ? "points with " + table.text("where")
+                                  : "all points";
     if (e.quantity->name != "temperature" && !e.quantity->is_of_body)
       e.name = e.quantity->plural + (table.has("material") ? " of " + table.text("material") : "") + ", " + e.name;
     if (e.reference || !e.probe_reference.empty())
@@ -209,12 +213,12 @@ double Expectations::Impl::of_body(const Comparison& e, const State& state, std:
   const std::string& name = e.quantity->name;
   if (name == "average_temperature") return weld->average(state, T);
   if (name == "heat_flow") {
-    const auto at = std::ranges::find(balance.accounts(), e.table.text(name)) - balance.accounts().begin();
-    return balance.heat_flows(state.t, state.T)[at];
+    const auto at = std::ranges::find(balance->accounts(), e.table.text(name)) - balance->accounts().begin();
+    return balance->heat_flows(state.t, state.T)[at];
   }
   if (is_summary(*e.quantity)) {
     const auto [mean, minimum, maximum] =
-        balance.summary(*std::ranges::find(balance.zones(), e.table.text(name), &Balance::Zone::name), T);
+        balance->summary(*std::ranges::find(balance->zones(), e.table.text(name), &Balance::Zone::name), T);
     return name == "mean" ? mean : name == "minimum" ? minimum : maximum;
   }
   return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of_temperatures(state.T).length();
@@ -274,9 +278,10 @@ void Expectations::Impl::write(const Comparison& e, std::size_t k, const PointRe
                  });
 }
 
-Expectations::Expectations(const Case& c, HeatSystem& system, const Probes& probes, const WeldResults* weld,
-                           const std::string& folder)
-    : impl_(new Impl{system.cloud(), system.material(), probes, weld, folder, Balance(system), {}, {}, {}}) {
+Expectations::Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
+                           const WeldResults* weld, const std::string& folder, HeatSystem* system)
+    : impl_(new Impl{cloud, material, probes, weld, folder, {}, {}, {}, {}}) {
+  if (system) impl_->balance.emplace(*system);
   for (const Table& table : c.root().list("expect")) {
     const Quantity& quantity = quantity_of(table);
     if (quantity.is_of_body) {
@@ -371,7 +376,8 @@ std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>&
 }
 
 std::unique_ptr<Observer> make_expectations(const RunSetup& run) {
-  return std::make_unique<Expectations>(run.description, run.system, run.probes, run.weld.get(), run.folder);
+  return std::make_unique<Expectations>(run.description, run.system.cloud(), run.system.material(), run.probes,
+                                        run.weld.get(), run.folder, &run.system);
 }
 
 }  // namespace calor

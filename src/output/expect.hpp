@@ -20,8 +20,9 @@ class Expectations : public Observer {
  public:
   /// Checks names, times and files of all [[expect]] now, not at the end. Collective.
   /// `weld`: null where the case has no [weld].
-  Expectations(const Case& c, HeatSystem& system, const Probes& probes, const WeldResults* weld,
-               const std::string& folder);
+  /// `system`: null where nothing of the balance can be expected.
+  Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
+               const WeldResults* weld, const std::string& folder, HeatSystem* system = nullptr);
   ~Expectations() override;
 
   std::vector<double> times() const override;

@@ -46,9 +46,10 @@ class LibraryRange : public Observer {
       const LibraryMaterial& l = *w.library;
       const double far = 0.5 * (l.high - l.low);
       if ((low < l.low - far || high > l.high + far) && rank_of(comm_) == 0)
-        spdlog::warn("the library's '{}' is good for {:g} to {:g} K; here it was between {:.4g} and {:.4g} K: give "
-                     "properties for these temperatures",
-                     l.name, l.low, l.high, low, high);
+        spdlog::warn(
+            "the library's '{}' is good for {:g} to {:g} K; here it was between {:.4g} and {:.4g} K: give "
+            "properties for these temperatures",
+            l.name, l.low, l.high, low, high);
     }
   }
 

@@ -19,7 +19,7 @@ class Euler final : public Stepper {
              const AfterStep& after_step) override {
     F_.resize(state.E.size());
     power_.resize(state.cumulative_heat.size());
-    bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T);
+    bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
     return options_.step ? march_fixed(system, state, interval, after_step)
                          : march_adaptive(system, state, interval, after_step);
   }
@@ -30,7 +30,8 @@ class Euler final : public Stepper {
       require_stable(system, state, interval, steps.step());
       step(system, state, interval, steps.step(), steps.time(n));
       if (!accept(system, state, steps.step(), after_step)) return false;
-      if (!system.jacobian_is_constant()) bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T);
+      if (!system.jacobian_is_constant())
+        bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
     }
     return true;
   }
@@ -48,7 +49,7 @@ class Euler final : public Stepper {
       step(system, state, interval, steps.step(), steps.time(1));
       if (!bound_is_constant) {
         // Where the step led it may have been too long: then radiation, for one, takes temperatures past the ambient's.
-        const double bound = system.explicit_rate_bound(interval.data_time(state.t), state.T);
+        const double bound = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
         const bool is_stable = steps.step() * bound <= 2 * (1 + 1e-9);
         constexpr double most_reduction = 4;  // what a wild step leads to says little
         bound_ = is_stable ? bound : std::min(bound, most_reduction * std::max(bound_, 2 / steps.step()));

@@ -105,13 +105,14 @@ class HeatSystem {
   /// Gershgorin bound of the largest eigenvalue of C^-1 (-dF/du) at (t, u), 1/s: explicit Euler is stable for
   /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
   double rate_bound(double t, std::span<double> u);
-  /// The same for explicit steps where the capacity is lumped. What surfaces and sources exchange counts twice: up to
-  /// 2 / bound no temperature then passes those of its neighbours and surroundings, where all weights are positive.
-  /// With parameters as degrees of freedom steps go by C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound
-  /// above, times what its largest eigenvalue is to that in a uniform body. Collective.
-  double explicit_rate_bound(double t, std::span<double> u);
-  /// The limit of stability of explicit Euler, s: by the largest eigenvalue where that is known, by the bound elsewhere.
-  /// Collective.
+  /// The same for explicit steps where the capacity is lumped. With parameters as degrees of freedom steps go by
+  /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound above, times what its largest eigenvalue is to
+  /// that in a uniform body. Where what surfaces and sources exchange counts twice (`monotone`), no temperature passes
+  /// those of its neighbours and surroundings in steps up to 2 / bound, if all weights are positive. Collective.
+  static constexpr double monotone = 2;
+  double explicit_rate_bound(double t, std::span<double> u, double exchange_factor = 1);
+  /// The limit of stability of explicit Euler, s: by the largest eigenvalue where that is known, by the bound
+  /// elsewhere. Collective.
   double euler_limit(double t, std::span<double> u);
   /// The largest eigenvalue itself (from below, within a percent) where the frozen Jacobian is symmetric. Collective.
   double largest_rate(double t, std::span<double> u);

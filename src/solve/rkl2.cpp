@@ -87,8 +87,8 @@ class Rkl2 final : public Stepper {
         ++counts.rejected;
         continue;
       }
-      if (dt > always_good && (!is_stable(system, interval.data_time(t_new), dt, stages) ||
-                               leaves_range(system, state.t, t_new, T_))) {
+      if (dt > always_good &&
+          (!is_stable(system, interval.data_time(t_new), dt, stages) || leaves_range(system, state.t, t_new, T_))) {
         euler_limit_ = limit;
         control_.reduce(dt);
         ++counts.rejected;
@@ -102,7 +102,7 @@ class Rkl2 final : public Stepper {
 
   /// Euler's limit, s: where it may have changed.
   double euler_limit(HeatSystem& system, double t, std::vector<double>& T) {
-    const double bound = system.explicit_rate_bound(t, T);
+    const double bound = system.explicit_rate_bound(t, T, HeatSystem::monotone);
     return bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
   }
 

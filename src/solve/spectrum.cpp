@@ -37,8 +37,8 @@ double HeatSystem::largest_row_sum(double t, std::span<double> u, double exchang
   return max(cloud_.comm, largest);
 }
 
-double HeatSystem::explicit_rate_bound(double t, std::span<double> u) {
-  const double bound = largest_row_sum(t, u, 2);
+double HeatSystem::explicit_rate_bound(double t, std::span<double> u, double exchange_factor) {
+  const double bound = largest_row_sum(t, u, exchange_factor);
   if (discretisation_.dofs->are_temperatures()) return bound;
   if (explicit_over_bound_ == 0) explicit_over_bound_ = rate_of_values_over_bound();
   return explicit_over_bound_ * bound;

@@ -70,6 +70,8 @@ class Contract(unittest.TestCase):
         self.assertEqual((result / "probes.csv").read_text().splitlines()[0], "time [s],hot [K],cold [K]")
         self.assertEqual((result / "energy.csv").read_text().splitlines()[0],
                          "time [s],stored [J],through heater [J],through air [J],imbalance")
+        self.assertEqual((result / "balance.csv").read_text().splitlines()[0].split(",")[:3],
+                         ["time [s]", "heat flow through heater [W]", "heat flow through air [W]"])
         pieces = [entry.get("file") for entry in xml.parse(result / "fields.pvd").iter("DataSet")]
         self.assertEqual(len(pieces), 13)  # the start and every 10 minutes of 2 hours
         self.assertTrue(all((result / piece).exists() for piece in pieces))
@@ -126,6 +128,22 @@ class Contract(unittest.TestCase):
         self.assertFalse((self.here / "results").exists())
         self.calor("verify", "nowhere", code=4)
 
+    def test_a_quiet_run_still_says_which_expectation_failed(self):
+        self.calor("new", "plate")
+        with open(self.here / "plate.toml", "a") as case:
+            case.write('[[expect]]\nmean = "steel"\nvalue = "1000 K"\nwithin = "1 K"\n')
+        said = self.calor("run", "plate.toml", "--quiet", code=1).stdout.splitlines()
+        self.assertEqual([line[:4] for line in said], ["FAIL"])
+
+    def test_files_without_end_and_tables_without_bottom_are_refused(self):
+        self.calor("new", "plate")
+        self.assertIn("larger than 64 MB", self.calor("run", "/dev/zero", code=4).stderr)
+        self.calor("run", "plate.toml", 'cloud={shape="csv", file="/dev/zero"}', code=3)
+        for text in ("x = " + "{a = " * 20000 + "1" + "}" * 20000, "x = " + "[" * 20000, ".".join("a" * 20000) + " = 1"):
+            (self.here / "deep.toml").write_text(text + "\n")
+            self.assertIn("nested more than 100 deep", self.calor("run", "deep.toml", code=3).stderr)
+        self.calor("run", "plate.toml", "-j", "10000", code=2)
+
     def test_doc_shows_everything_or_one_key(self):
         self.assertIn("# The case file", self.calor("doc").stdout)
         self.assertIn("`rings`", self.calor("doc", "cloud").stdout)
@@ -138,6 +156,7 @@ class Contract(unittest.TestCase):
         self.calor("run", "plate.toml", 'material.steel.conductivity={formula="300 - T", unit="W/(m K)"}', code=5)
         result = self.here / "results" / "plate"
         self.assertFalse((result / "report.json").exists())
+        self.assertTrue(json.loads((result / "report.earlier.json").read_text())["passed"])  # kept, but not for this run
         self.assertIn("the conductivity of 'steel' is -", (result / "run.log").read_text())
 
     def interrupt(self, *words, number, code):
