@@ -116,7 +116,10 @@ std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbou
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
                                        double tolerance) {
   // sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j) = R_i: the stiffness matrix of a truss, semi-definite with the
-  // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal, or the whole matrix of a line.
+  // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal. On a long line that takes as many
+  // iterations as there are points: there it is the whole matrix, factorised, at the price of the last bits on other
+  // numbers of ranks.
+  constexpr std::int64_t long_line = 5000;
   const auto& x = cloud.x;
   // Rows and unknowns are scaled axis by axis with the faces there.
   const Vec3 unit = over_faces(cloud);
@@ -132,7 +135,8 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
     inverse[i] = pseudo_inverse(block);
   }
   std::optional<LineStiffness> line;
-  if (cloud.dimension == 1) line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
+  if (cloud.dimension == 1 && cloud.count > long_line)
+    line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
   const LinearMap preconditioner = [&](std::span<const double> r, std::span<double> z) {
     if (line) return line->solve(r, z);
     for (int i = 0; i < cloud.owned; ++i) {
