@@ -60,7 +60,8 @@ std::optional<std::string> note_of_jumps(const Cloud& cloud, const Conduction& c
   const bool mine = where >= 0 && largest == everywhere;
   const auto found = gather(cloud.comm, mine ? std::vector{x} : std::vector<Vec3>{});
   return fmt::format(
-      "the conductivity of one part changes by a factor of {:.3g} between neighbours at ({:.6g}, {:.6g}, {:.6g}) m: where it "
+      "the conductivity of one part changes by a factor of {:.3g} between neighbours at ({:.6g}, {:.6g}, {:.6g}) m: "
+      "where it "
       "jumps, say so by [[body.region]] or [[body.layer]], so that the interface lies where it is; where it is steep, "
       "take more points",
       everywhere, found[0].x, found[0].y, found[0].z);

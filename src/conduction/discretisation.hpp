@@ -37,8 +37,8 @@ Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& condit
                                     std::vector<std::unique_ptr<HeatTerm>> walls = {},
                                     std::unique_ptr<Constraint> massless = {});
 
-/// A note where the conductivities of neighbours in one part differ by more than a factor of 3: a formula that jumps, at
-/// an interface that nobody knows of. `T` of the owned points, K. Collective.
+/// A note where the conductivities of neighbours in one part differ by more than a factor of 3: a formula that jumps,
+/// at an interface that nobody knows of. `T` of the owned points, K. Collective.
 std::optional<std::string> note_of_jumps(const Cloud& cloud, const Conduction& conduction,
                                          const MaterialField& material, std::span<const double> T);
 

@@ -43,7 +43,8 @@ std::span<const double> Coefficients::dk_dT() {
 
 Conductivity Coefficients::at_ends(Purpose purpose) {
   const Mean mean = material_->mean() == Mean::harmonic ? Mean::harmonic : Mean::arithmetic;
-  return {.mean = mean, .k = k(), .dk_dT = purpose == Purpose::jacobian ? dk_dT() : std::span<const double>(), .theta = {}};
+  return {
+      .mean = mean, .k = k(), .dk_dT = purpose == Purpose::jacobian ? dk_dT() : std::span<const double>(), .theta = {}};
 }
 
 Conductivity Coefficients::conductivity(Purpose purpose) {

@@ -153,10 +153,11 @@ MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& s
   return out;
 }
 
-PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
-                      std::span<const PrescribedTerm> temperatures) {
+PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G,
+                      Layers layers, std::span<const PrescribedTerm> temperatures) {
   Neighbours& all = mirrored.neighbours;
-  if (all.mirrors.empty()) return {std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
+  if (all.mirrors.empty())
+    return {std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
 
   using Image = std::tuple<int, std::uint8_t, std::array<int, 3>>;
   std::map<Image, std::int32_t> numbers;

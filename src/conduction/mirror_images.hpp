@@ -40,8 +40,8 @@ struct PairTerms {
 };
 
 /// The terms of the weights of all pairs, images included. `temperatures` must outlive them. Collective.
-PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
-                      std::span<const PrescribedTerm> temperatures);
+PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G,
+                      Layers layers, std::span<const PrescribedTerm> temperatures);
 
 /// The same as a discretisation.
 Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const Conditions& conditions,

@@ -269,7 +269,9 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
                              MethodReport& report) {
   constexpr double smoothing = 1.2;
   const bool tiles = cloud.lattice && !has_cracks(c);
-  const LineForce neighbours_alone = [](std::int64_t /*steps*/, double /*distance*/, double /*spacing*/) { return 1.0; };
+  const LineForce neighbours_alone = [](std::int64_t /*steps*/, double /*distance*/, double /*spacing*/) {
+    return 1.0;
+  };
   MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
   count_pairs(cloud, pairs.neighbours, report);
   CorrectionReport done;
@@ -390,8 +392,10 @@ void declare_mlpg(Schema& schema) {
             Kind::choice,
             "",
             optional,
-            "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a body "
-            "of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for layers, "
+            "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a "
+            "body "
+            "of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for "
+            "layers, "
             "regions and cracks, which conduct in series; never seen unstable).",
             {"parameters", "edge-stabilised"}},
            {"capacity",

@@ -79,7 +79,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   CorrectionReport done;
   auto G = peridynamic_weights(cloud, mirrored.neighbours, options, done);
   require_sound(done);
-  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);
+  auto discretisation =
+      with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);
   add_to_report(done, report);
   return discretisation;
 }

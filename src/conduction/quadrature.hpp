@@ -45,9 +45,9 @@ struct SparseRows {
 
 /// Points between the nodes at which a method wants properties.
 struct QuadraturePoints {
-  std::vector<Vec3> x;   ///< m
-  std::vector<int> tag;  ///< of the node that the point belongs to
-  SparseRows phi;        ///< temperature there: T(x_q) = sum_J phi_qJ u_J
+  std::vector<Vec3> x;         ///< m
+  std::vector<int> tag;        ///< of the node that the point belongs to
+  SparseRows phi;              ///< temperature there: T(x_q) = sum_J phi_qJ u_J
   std::vector<int> part = {};  ///< whose properties are meant; empty: of the part that the point lies in
 };
 

@@ -122,7 +122,12 @@ class SeriesPairs::Builder {
   }
 
   Pair start_pair(const Candidate& c, double G) const {
-    return {.a = c.a, .b = c.b, .G = G, .first = static_cast<std::int32_t>(out_.pieces_.size()), .end = 0, .one_part = false};
+    return {.a = c.a,
+            .b = c.b,
+            .G = G,
+            .first = static_cast<std::int32_t>(out_.pieces_.size()),
+            .end = 0,
+            .one_part = false};
   }
   Pair& add(Pair p) {
     p.end = static_cast<std::int32_t>(out_.pieces_.size());
@@ -158,7 +163,8 @@ class SeriesPairs::Builder {
         const double middle = 0.5 * (begin + kept[n].end);
         const bool at_a = n == 0 || (n + 1 < kept.size() && middle <= 0.5), at_end = n == 0 || n + 1 == kept.size();
         const Vec3 place = segment.a + middle * x_ba;
-        out_.pieces_.push_back({end_at(at_a ? c.a : c.b, kept[n].part, at_end ? nullptr : &place), kept[n].end - begin});
+        out_.pieces_.push_back(
+            {end_at(at_a ? c.a : c.b, kept[n].part, at_end ? nullptr : &place), kept[n].end - begin});
         begin = kept[n].end;
       }
     }
@@ -197,8 +203,8 @@ class SeriesPairs::Builder {
     const auto first = static_cast<std::int32_t>(out_.cracks_.size());
     for (auto bond = begin; bond != end; ++bond) {
       whole *= 1 - bond->fraction;
-      out_.cracks_.push_back({bond->opens, bond->contact > 0 ? 1 / bond->contact
-                                                             : std::numeric_limits<double>::infinity()});
+      out_.cracks_.push_back(
+          {bond->opens, bond->contact > 0 ? 1 / bond->contact : std::numeric_limits<double>::infinity()});
     }
     Pair cut = out_.pairs_[pair];
     cut.G = (1 - whole) * out_.pairs_[pair].G;
@@ -312,8 +318,7 @@ void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T,
     if (!ends.dk_dT.empty()) {
       for (std::int32_t m = p.first; m < p.end; ++m) {
         const std::int32_t e = pieces_[m].end;
-        const double by_k = p.one_part && ends.mean != Mean::harmonic
-                                ? 0.5
+        const double by_k = p.one_part && ends.mean != Mean::harmonic ? 0.5
                             : ends.k[e] > 0 ? f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e])
                                             : 0;
         (ends_.phi.column[e] == p.a ? by_a : by_b) += by_k * ends.dk_dT[e] * jump;

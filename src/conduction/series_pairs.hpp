@@ -57,9 +57,9 @@ class SeriesPairs {
   struct Pair {
     std::int32_t a, b;  ///< local points, id a < id b: both ends add up in the same order
     double G;
-    std::int32_t first, end;     ///< its pieces
-    bool one_part;               ///< two pieces, of its ends
-    double contacts = 0;         ///< R of contacts that do not depend on temperature, m K/W
+    std::int32_t first, end;  ///< its pieces
+    bool one_part;            ///< two pieces, of its ends
+    double contacts = 0;      ///< R of contacts that do not depend on temperature, m K/W
     std::int32_t first_crack = 0, end_crack = 0;
     double resistance = 0;  ///< contacts and open cracks, m K/W
   };

@@ -101,7 +101,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   CorrectionReport done;
   auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
   require_sound(done);
-  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  auto discretisation =
+      with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);
   return discretisation;
 }

@@ -21,7 +21,8 @@ constexpr double nearby = 1e-6;
 /// Shares of a cell that are smaller than this are round-off.
 constexpr double shortest = 1e-9;
 
-/// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked for.
+/// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked
+/// for.
 std::vector<Vec3> surroundings(int dimension) {
   std::vector<Vec3> places;
   for (int q = 0; q < 1 << dimension; ++q) {
@@ -131,7 +132,9 @@ void Parts::read_region(const Case& c, const Table& table) {
 const Function* Parts::contact(int part, int other) const {
   const auto [low, high] = std::minmax(part, other);
   if (low == high) return nullptr;
-  return contacts_[high] ? contacts_[high].get() : high < static_cast<int>(layers_.top.size()) ? nullptr : contacts_[low].get();
+  return contacts_[high]                               ? contacts_[high].get()
+         : high < static_cast<int>(layers_.top.size()) ? nullptr
+                                                       : contacts_[low].get();
 }
 
 void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const {
@@ -155,10 +158,9 @@ std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) co
   find(x, tag, part);
   for (std::size_t i = 0; i < x.size(); ++i)
     if (part[i] < 0)
-      throw Error(
-          Fault::bad_case, body_,
-          fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z),
-          "give [body] a material for the points that no region takes");
+      throw Error(Fault::bad_case, body_,
+                  fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z),
+                  "give [body] a material for the points that no region takes");
   return part;
 }
 
@@ -386,17 +388,18 @@ void declare_parts(Schema& schema) {
   schema.add(
       {.path = "body",
        .sentence = "What the body is made of; not needed where there is one material that is no phase of another.",
-       .keys = {{"material", Kind::text, "", optional, "Material of all points that no region takes."},
-                {"conductivity_mean",
-                 Kind::choice,
-                 "",
-                 "automatic",
-                 "How two points of one part share a conductivity. automatic: integral for one material with k(T), harmonic "
-                 "for values given in layers, arithmetic for the rest. Across an interface the parts conduct in series.",
-                 {"automatic", "integral", "arithmetic", "harmonic"}},
-                {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
-                {"start", Kind::quantity, "m", optional,
-                 "Coordinate at which the first layer begins; default: the low side of the body."}}});
+       .keys = {
+           {"material", Kind::text, "", optional, "Material of all points that no region takes."},
+           {"conductivity_mean",
+            Kind::choice,
+            "",
+            "automatic",
+            "How two points of one part share a conductivity. automatic: integral for one material with k(T), harmonic "
+            "for values given in layers, arithmetic for the rest. Across an interface the parts conduct in series.",
+            {"automatic", "integral", "arithmetic", "harmonic"}},
+           {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
+           {"start", Kind::quantity, "m", optional,
+            "Coordinate at which the first layer begins; default: the low side of the body."}}});
   schema.add({.path = "body.layer[]",
               .sentence = "A layer of the body. The interface lies where the thicknesses put it, on points or between.",
               .keys = {{"material", Kind::text, "", required, "Material of the layer."},

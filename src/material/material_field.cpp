@@ -22,9 +22,9 @@ using Scratch = std::array<double, block>;
 /// One material and the places where it is.
 struct Region {
   std::shared_ptr<const Material> material;
-  std::vector<int> point;  // ascending; the only part of a body has all and lists none
+  std::vector<int> point;                 // ascending; the only part of a body has all and lists none
   std::vector<double> at_point, in_cell;  // its shares
-  std::vector<Vec3> x;  // of the points listed
+  std::vector<Vec3> x;                    // of the points listed
   std::unique_ptr<PointProperties> at;
   SourceLocation conductivity_location, capacity_location;  // where the case writes them
 };
@@ -203,11 +203,11 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
                 p.regions.size() > 1 ? "the integral mean takes one material, this body has several"
                                      : "the integral mean takes a conductivity that depends on temperature alone",
                 "write \"arithmetic\", \"harmonic\" or \"automatic\"");
-  p.mean = mean == "integral"             ? Mean::integral
-           : mean == "arithmetic"         ? Mean::arithmetic
+  p.mean = mean == "integral"              ? Mean::integral
+           : mean == "arithmetic"          ? Mean::arithmetic
            : mean == "harmonic" || layered ? Mean::harmonic
-           : one_of_T && p.k_depends_on_T ? Mean::integral
-                                          : Mean::arithmetic;
+           : one_of_T && p.k_depends_on_T  ? Mean::integral
+                                           : Mean::arithmetic;
 }
 
 MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag,

@@ -16,8 +16,8 @@
 namespace calor {
 
 /// How two points of one part share a conductivity. integral: one material whose k depends on T alone, the pair flux is
-/// G (theta_j - theta_i) with theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: k given in layers,
-/// the interface midway between the points.
+/// G (theta_j - theta_i) with theta = integral of k dT (exact); arithmetic: k(x) or k(x,T); harmonic: k given in
+/// layers, the interface midway between the points.
 enum class Mean { integral, arithmetic, harmonic };
 
 class MaterialField {
@@ -27,7 +27,8 @@ class MaterialField {
   MaterialField(const Case& c, const Cloud& cloud, const TemperatureRange& range);
   /// The same body at other places, which must outlive this; `tag`: one a place. `part`: the part that is meant at each
   /// place; empty: the one that the place lies in. Collective.
-  MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag, std::span<const int> part);
+  MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag,
+                std::span<const int> part);
   MaterialField(MaterialField&&) noexcept;
   ~MaterialField();
 

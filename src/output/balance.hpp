@@ -23,8 +23,8 @@ class Balance {
     double mean, minimum, maximum;
   };
 
-  /// Zones: the materials of the body, the sections of [boundary.*] and the other faces of the cloud. A face that has the
-  /// name of a material is called "face NAME". Both must outlive this. Collective.
+  /// Zones: the materials of the body, the sections of [boundary.*] and the other faces of the cloud. A face that has
+  /// the name of a material is called "face NAME". Both must outlive this. Collective.
   explicit Balance(HeatSystem& system);
 
   /// Boundary sections, then sources.

@@ -119,12 +119,11 @@ std::vector<std::array<int, 3>> monomials(int dimension) {
 /// Weights a of the points such that sum a_i f(x_i) = f(p) for every polynomial f of the third degree, with the least
 /// sum a_i^2 / w_i: moving least squares in dual form. Where the points do not determine a monomial (too few of them,
 /// few layers), or only with large weights of both signs, it is left out.
-std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, bool are_all,
-                                          int dimension) {
+std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, bool are_all, int dimension) {
   const int n = static_cast<int>(near.size());
   // The weight vanishes at the farthest point, so that of several at the same distance none is preferred; unless these
-  // are all points that the probe sees. It is steep at the probe, so that a peak next to it is not flattened by the points
-  // that a cubic needs in all.
+  // are all points that the probe sees. It is steep at the probe, so that a peak next to it is not flattened by the
+  // points that a cubic needs in all.
   const double reach = (are_all ? 2 : 1) * near.back().distance, spacing = near.front().spacing;
   Eigen::VectorXd root_w(n);
   for (int i = 0; i < n; ++i)
@@ -267,9 +266,10 @@ void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& pla
   bool on_contact = false;
   if (is_divided) collective_try(comm_, [&] { on_contact = is_on_contact(cloud, obstacles, place, near.front()); });
   if (on_contact)
-    notes_.push_back(fmt::format("{}: probe '{}' sits on a contact or crack, where the temperature jumps: move it a "
-                                 "little to the side that is meant",
-                                 in_case.text(), name));
+    notes_.push_back(
+        fmt::format("{}: probe '{}' sits on a contact or crack, where the temperature jumps: move it a "
+                    "little to the side that is meant",
+                    in_case.text(), name));
   std::vector<View> views;
   collective_try(comm_, [&] {
     if (near.front().distance <= 1e-9 * near.front().spacing)

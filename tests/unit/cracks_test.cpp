@@ -58,7 +58,8 @@ Cracked intact_by_bonds(const Cloud& cloud, double horizon) {
 PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double smoothing,
                           CorrectionReport* report = {}) {
   Cracked c = intact(cloud, smoothing);
-  PairConduction pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
+  PairConduction pairs =
+      cracked_pairs(cloud, Parts(cloud), Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
   if (report) *report = c.report;
   return pairs;
 }
@@ -66,11 +67,10 @@ PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double 
 /// Conductivity 1 everywhere.
 struct Unit {
   explicit Unit(const Cloud& cloud, const PairConduction& pairs)
-      : k(cloud.local(), 1.0), k_ends(pairs.ends() ? pairs.ends()->x.size() : 0, 1.0),
+      : k(cloud.local(), 1.0),
+        k_ends(pairs.ends() ? pairs.ends()->x.size() : 0, 1.0),
         ends{.mean = Mean::arithmetic, .k = k_ends, .dk_dT = {}, .theta = {}} {}
-  Conductivity at() const {
-    return {.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}, .ends = &ends};
-  }
+  Conductivity at() const { return {.mean = Mean::arithmetic, .k = k, .dk_dT = {}, .theta = {}, .ends = &ends}; }
   std::vector<double> k, k_ends;
   Conductivity ends;
 };
@@ -137,7 +137,8 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackHoweverFarThePairsReach) {
     const Cloud cloud = square(20 << n);
     for (const bool bonds : {true, false}) {
       Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1.4);
-      const auto pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
+      const auto pairs =
+          cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
       const PlateErrors e = plate_errors(cloud, pairs);
       std::printf("%s %d^2: rms %.2e, jump %.2e\n", bonds ? "bonds" : "h = 1.4 dx", 20 << n, e.rms, e.jump);
       EXPECT_LE(e.rms, rms[n]);
