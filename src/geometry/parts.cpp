@@ -113,8 +113,8 @@ void Parts::read_region(const Case& c, const Table& table) {
   Region region{.part = add(table)};
   std::vector<char> in(cloud_.owned);
   if (table.has("where")) {
-    region.where = [&c, table](std::span<const Vec3> x) { return where(c, table, x); };
-    collective_try(cloud_.comm, [&] { in = region.where(cloud_.owned_points()); });
+    region.where = where_function(c, table);
+    collective_try(cloud_.comm, [&] { in = where(c, table, cloud_.owned_points()); });
   } else {
     const auto tag = std::ranges::find(cloud_.tags, table.text("tag"));
     if (tag == cloud_.tags.end())
@@ -145,10 +145,11 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
     const auto layer = std::ranges::lower_bound(layers_.top, s) - layers_.top.begin();
     part[i] = static_cast<int>(std::min<std::ptrdiff_t>(layer, std::ssize(layers_.top) - 1));
   }
+  std::vector<double> in(x.size());
   for (const Region& region : regions_) {
-    const std::vector<char> in = region.where ? region.where(x) : std::vector<char>();
+    if (region.where) region.where->evaluate({.x = x}, in);
     for (std::size_t i = 0; i < x.size(); ++i)
-      if (in.empty() ? tag[i] == region.tag : in[i] != 0) part[i] = region.part;
+      if (region.where ? in[i] != 0 : tag[i] == region.tag) part[i] = region.part;
   }
 }
 

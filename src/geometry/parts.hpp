@@ -2,8 +2,8 @@
 // The parts of a body: its layers and regions, each of one material, and where they meet. An interface is geometry, not
 // a set of points: the plane between two layers, or the surface on which a region's formula changes.
 #include <cstdint>
-#include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -81,7 +81,7 @@ class Parts {
   struct Region {
     int part;
     int tag = -1;  ///< of the points that belong to it; or
-    std::function<std::vector<char>(std::span<const Vec3>)> where = {};
+    std::optional<Function> where = {};
   };
 
   void read_layers(const Table& body);
