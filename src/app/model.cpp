@@ -87,10 +87,12 @@ double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
          sum(cloud.comm, std::span(cloud.volume).first(T.size()));
 }
 
-/// What a user should know of a cloud that a file describes. Collective; throws Error.
-void add_remarks_on_file(const Case& c, Model& m) {
+/// Notes what a user should know of a cloud that a file describes, and returns what is wrong with its surface.
+/// Collective; throws Error.
+std::vector<std::string> add_remarks_on_file(const Case& c, Model& m) {
   const Cloud& cloud = *m.cloud;
-  m.notes = remarks_on_surface(cloud);
+  const std::vector<std::string> remarks = remarks_on_surface(cloud);
+  m.notes = remarks;
   bool is_flat = false;
   collective_try(cloud.comm, [&] {
     const CsvReader csv(c.section("cloud").file("file"));
@@ -104,6 +106,7 @@ void add_remarks_on_file(const Case& c, Model& m) {
                           cloud.cross_section));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
+  return remarks;
 }
 
 double number(const MethodReport& report, const std::string& name) {
@@ -131,7 +134,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Support support = method.support(c);
   located(cloud_location,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });
-  if (c.section("cloud").has("file")) located(cloud_location, [&] { add_remarks_on_file(c, m); });
+  std::vector<std::string> remarks;
+  if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(c, m); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
   phases.measure("conditions", [&] {
@@ -159,8 +163,13 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   materials.emplace_back(c, *m.cloud, range);
   const Probes probes(c, *m.cloud);  // refuses what does not fit, before the weights take their time
   located(cloud_location, [&] {
-    phases.measure("weights",
-                   [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
+    try {
+      phases.measure("weights",
+                     [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
+    } catch (const Error& e) {  // all ranks throw alike
+      if (remarks.empty()) throw;
+      throw Error(e.fault(), e.location(), e.problem(), remarks.front() + ", or " + e.cure());
+    }
   });
   discretisation.weights_are_positive =
       m.weights.contains("negative_weights") && number(m.weights, "negative_weights") == 0;
