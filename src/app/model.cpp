@@ -6,8 +6,10 @@
 #include <iterator>
 #include <limits>
 
+#include "base/csv.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
+#include "output/probes.hpp"
 #include "solve/initial.hpp"
 
 namespace calor {
@@ -86,6 +88,28 @@ double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
          sum(cloud.comm, std::span(cloud.volume).first(T.size()));
 }
 
+/// Notes what a user should know of a cloud that a file describes, and returns what is wrong with its surface.
+/// Collective; throws Error.
+std::vector<std::string> add_remarks_on_file(const Case& c, Model& m) {
+  const Cloud& cloud = *m.cloud;
+  const std::vector<std::string> remarks = remarks_on_surface(cloud);
+  m.notes = remarks;
+  bool is_flat = false;
+  collective_try(cloud.comm, [&] {
+    const CsvReader csv(c.section("cloud").file("file"));
+    is_flat = cloud.dimension < 3 && csv.find({"xyz"[cloud.dimension]}) >= 0;
+  });
+  if (is_flat)
+    m.notes.push_back(
+        cloud.dimension == 2
+            ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m", cloud.cross_section)
+            : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
+                          cloud.cross_section));
+  if (cloud.has_areas && !cloud.points_on_walls)
+    m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
+  return remarks;
+}
+
 double number(const MethodReport& report, const std::string& name) {
   const auto found = report.find(name);
   return found == report.end() ? 0 : found->second;
@@ -111,6 +135,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Support support = method.support(c);
   located(cloud_location,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });
+  std::vector<std::string> remarks;
+  if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(c, m); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
   phases.measure("conditions", [&] {
@@ -118,7 +144,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     sources = make_sources(c, *m.cloud);
     m.T_start = initial_temperatures(c, *m.cloud);
   });
-  m.notes = conditions.notes;
+  std::ranges::copy(conditions.notes, std::back_inserter(m.notes));
   for (std::size_t n = 0; n < conditions.areas.size(); ++n)
     if (conditions.areas[n] > 0) m.heated_areas.emplace_back(conditions.accounts[n], conditions.areas[n]);
   for (const auto& source : sources) std::ranges::copy(source->notes, std::back_inserter(m.notes));
@@ -136,9 +162,15 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   Discretisation discretisation;
   std::vector<MaterialField> materials;
   materials.emplace_back(c, *m.cloud, range);
+  const Probes probes(c, *m.cloud);  // refuses what does not fit, before the weights take their time
   located(cloud_location, [&] {
-    phases.measure("weights",
-                   [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
+    try {
+      phases.measure("weights",
+                     [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
+    } catch (const Error& e) {  // all ranks throw alike
+      if (remarks.empty()) throw;
+      throw Error(e.fault(), e.location(), e.problem(), remarks.front() + ", or " + e.cure());
+    }
   });
   discretisation.weights_are_positive =
       m.weights.contains("negative_weights") && number(m.weights, "negative_weights") == 0;

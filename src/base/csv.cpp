@@ -46,6 +46,8 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
                 "the first line names the columns: x [m],T [K]");
   const int header = line_number_;
   if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
+  for (const char other : {';', '\t'})
+    if (line_.find(',') == line_.npos && line_.find(other) != line_.npos) separator_ = other;
   split();
   for (const auto head : cells_) columns_.push_back(parse_column(head));
   scale_.assign(columns_.size(), 1);
@@ -109,7 +111,7 @@ bool CsvReader::next() {
   if (cells_.size() != columns_.size())
     throw Error(Fault::bad_case, location(),
                 fmt::format("the row has {} cells, the header has {}", cells_.size(), columns_.size()),
-                "write one cell a column, separated by commas");
+                "write one cell a column, separated as in the header: by commas, semicolons or tabs");
   return true;
 }
 
@@ -121,7 +123,8 @@ double CsvReader::number(int column) const {
   if (s.empty() || fault != std::errc{} || end != s.data() + s.size())
     throw Error(Fault::bad_case, location(column),
                 fmt::format("'{}' in column '{}' is not a number", cells_[column], columns_[column].name),
-                "write a number such as 1.5 or 2e-3");
+                cells_[column].find(',') != std::string_view::npos ? "write a decimal point: 1.5, not 1,5"
+                                                                   : "write a number such as 1.5 or 2e-3");
   if (!std::isfinite(value))
     throw Error(Fault::bad_case, location(column),
                 fmt::format("'{}' in column '{}' is not finite", cells_[column], columns_[column].name),
@@ -172,9 +175,9 @@ bool CsvReader::next_line() {
 void CsvReader::split() {
   cells_.clear();
   std::string_view rest = line_;
-  for (auto comma = rest.find(','); comma != rest.npos; comma = rest.find(',')) {
-    cells_.push_back(trim(rest.substr(0, comma)));
-    rest.remove_prefix(comma + 1);
+  for (auto end = rest.find(separator_); end != rest.npos; end = rest.find(separator_)) {
+    cells_.push_back(trim(rest.substr(0, end)));
+    rest.remove_prefix(end + 1);
   }
   cells_.push_back(trim(rest));
 }

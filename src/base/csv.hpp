@@ -1,6 +1,7 @@
 #pragma once
 // CSV files, row by row. The first line is the header, `t [s],x [m],T [K]`: name and unit of every column, no unit
-// where the column has no dimension. Empty lines and lines that start with # are skipped.
+// where the column has no dimension. Cells are separated by commas; by semicolons or tabs where the header has these and
+// no comma. Empty lines and lines that start with # are skipped.
 #include <cstdint>
 #include <fstream>
 #include <string>
@@ -47,6 +48,7 @@ class CsvReader {
   void split();
 
   std::string path_, line_;
+  char separator_ = ',';
   std::ifstream in_;
   std::vector<CsvColumn> columns_;
   std::vector<double> scale_, offset_;  // SI = offset + scale * number

@@ -9,6 +9,7 @@
 #include "base/parallel.hpp"
 #include "boundary/segments.hpp"
 #include "boundary/surface_fluxes.hpp"
+#include "cloud/cell_samples.hpp"
 
 namespace calor {
 namespace {
@@ -26,7 +27,7 @@ struct BoundarySection {
   int plate = 0;              // how many of the plate's faces
   std::vector<char> in = {};  // `where` at the owned points, of prescribed and insulated ones; empty: true everywhere
   std::optional<Function> where = {};   // of a flux
-  std::vector<char> whole_facets = {};  // of a flux with `where`: those that it selects as a whole
+  std::vector<char> whole_facets = {};  // with `where`, of fluxes and off the walls: those that it selects as a whole
 
   bool holds(int point) const { return in.empty() || in[point]; }
   bool holds(const Facet& p) const { return faces >> p.face & 1 && holds(p.point); }
@@ -58,6 +59,13 @@ void add_face(BoundarySection& s, const std::string& face, const Cloud& cloud) {
                      (s.table.has("on") ? "" : "; another name needs 'on' or 'where'"));
 }
 
+/// Of every facet of a cloud without points on its walls: where its wall is nearest to its point.
+std::vector<Vec3> places_on_walls(const Cloud& cloud) {
+  std::vector<Vec3> places;
+  for (const Facet& p : cloud.facets) places.push_back(cloud.x[p.point] + wall_distance(cloud, p) * p.normal);
+  return places;
+}
+
 std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
   std::vector<BoundarySection> sections;
   for (const auto& [name, table] : c.section("boundary").children()) {
@@ -77,12 +85,6 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
     if (s.prescribed && given.size() > 1)
       table.refuse(given[1], fmt::format("[{}] has a temperature and a {}", table.path(), given[1]),
                    "a wall of prescribed temperature takes whatever heat it needs: leave one of them out");
-    if (s.prescribed && !cloud.points_on_walls && cloud.walls.empty())
-      table.refuse(
-          "temperature",
-          "the cloud has no points on its walls that could take a temperature, and the walls are not the plane "
-          "ones of a box, beyond which mirror images could hold it",
-          "give the cloud points on its walls, or convection with a large h");
     if (!s.prescribed && !cloud.has_areas && !s.insulated)
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
@@ -103,10 +105,14 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
     if (table.has("where"))
       collective_try(cloud.comm, [&, &t = table] {
-        if (s.prescribed || s.insulated)
+        if (s.prescribed || s.insulated) {
           s.in = where(c, t, cloud.owned_points());
-        else
+          if (!cloud.points_on_walls) s.whole_facets = where(c, t, places_on_walls(cloud));
+          for (std::size_t n = 0; n < s.whole_facets.size(); ++n)
+            s.whole_facets[n] = s.whole_facets[n] && s.faces >> cloud.facets[n].face & 1;
+        } else {
           s.where = where_function(c, t);
+        }
       });
     sections.push_back(std::move(s));
   }
@@ -158,11 +164,15 @@ void refuse_contradictions(const std::vector<BoundarySection>& sections, const C
 /// Where several prescribed temperatures meet every one gets its share, and a note says so.
 void share_points(Conditions& conditions, const Cloud& cloud) {
   auto& terms = conditions.temperatures;
-  std::vector<int> times(cloud.owned);
-  for (const auto& term : terms)
+  std::vector<int> times(cloud.owned), times_of_facet(cloud.facets.size());
+  for (const auto& term : terms) {
     for (const int i : term.point) ++times[i];
-  for (auto& term : terms)
+    for (const int n : term.facet) ++times_of_facet[n];
+  }
+  for (auto& term : terms) {
     for (const int i : term.point) term.share.push_back(1.0 / times[i]);
+    for (const int n : term.facet) term.share.push_back(1.0 / times_of_facet[n]);
+  }
 
   const std::size_t n = terms.size();
   if (n < 2) return;
@@ -275,6 +285,7 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
                       .account = account,
                       .temperature = s.table.function("temperature"),
                       .point = selected_points(s, cloud),
+                      .facet = {},
                       .share = {},
                       .area = {},
                       .x = {}};
@@ -288,13 +299,15 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
     if (at != term.point.end() && *at == p.point && s.holds(p)) term.area[at - term.point.begin()] += p.area * p.normal;
   }
   if (!cloud.points_on_walls) {
-    for (const Facet& p : cloud.facets) {
-      if (!s.holds(p)) continue;
-      term.x.push_back(cloud.x[p.point]);
-      term.x.back()[p.face / 2] = cloud.walls[p.face];
+    const std::vector<Vec3> places = places_on_walls(cloud);
+    for (std::size_t n = 0; n < places.size(); ++n) {
+      if (!s.holds_all(cloud, n)) continue;
+      term.facet.push_back(static_cast<int>(n));
+      term.x.push_back(places[n]);
+      if (!cloud.walls.empty()) term.x.back()[cloud.facets[n].face / 2] = cloud.walls[cloud.facets[n].face];
     }
   }
-  if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0) refuse_empty(s, "point");
+  if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0) refuse_empty(s, cloud.points_on_walls ? "point" : "piece of the surface");
   return term;
 }
 

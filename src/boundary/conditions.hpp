@@ -44,16 +44,18 @@ struct SurfaceTerm {
   bool is_plate = false;  ///< on the faces of a plate: the area is that of the cells, and heat goes into all of them
 };
 
-/// Prescribed temperature on points of this rank. Where several meet, each carries its share of the mean. On a
-/// cell-centred cloud no point takes it; the method then holds it on the wall by mirror images.
+/// Prescribed temperature on points of this rank. Where several meet, each carries its share of the mean. On a cloud
+/// without points on its walls no point takes it: the facets' walls do, by mirror images beyond them or by the heat that
+/// the layer between wall and point conducts.
 struct PrescribedTerm {
   std::string name;
   int account;
   Function temperature;       ///< K
-  std::vector<int> point;     ///< owned points, ascending
-  std::vector<double> share;  ///< 1, or 1/2 where two meet, ...
+  std::vector<int> point;     ///< owned points, ascending; none off the walls
+  std::vector<int> facet;     ///< off the walls: index into Cloud::facets, ascending
+  std::vector<double> share;  ///< of every point or facet: 1, or 1/2 where two meet, ...
   std::vector<Vec3> area;     ///< outward, of the wall that each of these points has here, m^2
-  std::vector<Vec3> x;        ///< of these points, or of the wall beside every facet of a cell-centred cloud
+  std::vector<Vec3> x;        ///< of these points, or on the wall of these facets
 };
 
 /// Where a section of the case holds on plane walls, for methods that put mirror images beyond them.
@@ -78,8 +80,8 @@ struct Conditions {
 /// does. Throws Error where a formula fails.
 std::vector<int> conditions_at(const Conditions& conditions, int face, std::span<const Vec3> x);
 
-/// Conditions of [boundary.*] on the cloud. Refuses unknown faces, empty selections, contradictions, prescribed
-/// temperatures on cell-centred clouds whose walls are not plane. Collective; throws Error.
+/// Conditions of [boundary.*] on the cloud. Refuses unknown faces, empty selections and contradictions.
+/// Collective; throws Error.
 Conditions make_conditions(const Case& c, const Cloud& cloud);
 
 void declare_boundaries(Schema& schema);

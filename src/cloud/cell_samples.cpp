@@ -41,6 +41,15 @@ struct Surface {
 
 }  // namespace
 
+double wall_distance(const Cloud& cloud, const Facet& facet) {
+  if (cloud.points_on_walls) return 0;
+  const int i = facet.point;
+  if (cloud.walls.empty()) return 0.5 * cloud.full_volume[i] / facet.area;
+  const int axis = facet.face / 2;
+  constexpr double least = 0.05;  // of a spacing, for jittered points that all but touch the wall
+  return std::max(std::abs(cloud.walls[facet.face] - cloud.x[i][axis]), least * cloud.metric[i][axis]);
+}
+
 struct CellSampler::Near {
   Vec3 x;
   double square;  ///< squared distance to the point whose cell it is
@@ -150,7 +159,7 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
   Surface own;
   for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
     const Facet& facet = cloud_.facets[n];
-    const double away = wall_distance(facet);
+    const double away = wall_distance(cloud_, facet);
     const Plane plane{x + away * facet.normal, facet.normal};
     const bool reentrant = std::ranges::any_of(
         near, [&](const Near& j) { return j.square < 4 * d * d && plane.has_outside(j.x, 0.25 * d); });
@@ -197,11 +206,6 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
   if (out.size() == begin) out.push_back(x);
 }
 
-/// Of clouds off the walls, the wall lies half a cell away.
-double CellSampler::wall_distance(const Facet& facet) const {
-  return cloud_.points_on_walls ? 0 : 0.5 * cloud_.full_volume[facet.point] / facet.area;
-}
-
 void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
   const Facet& facet = cloud_.facets[n];
   out.clear();
@@ -215,7 +219,7 @@ void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
 
 std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
   const Facet& facet = cloud_.facets[n];
-  const Vec3 middle = cloud_.x[facet.point] + wall_distance(facet) * facet.normal;
+  const Vec3 middle = cloud_.x[facet.point] + wall_distance(cloud_, facet) * facet.normal;
   const Vec3 along = {-facet.normal.y, facet.normal.x, 0};
   const double length = facet.area / cloud_.cross_section;
   std::array<double, 2> reach = {};  // towards either side, half way to the neighbour there
@@ -239,7 +243,7 @@ std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
 void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
   const Facet& facet = cloud_.facets[n];
   const int i = facet.point;
-  const Vec3 x = cloud_.x[i], away = wall_distance(facet) * facet.normal;
+  const Vec3 x = cloud_.x[i], away = wall_distance(cloud_, facet) * facet.normal;
   const Vec3 least = std::abs(facet.normal.x) < 0.6 ? Vec3{1, 0, 0} : Vec3{0, 1, 0};
   Vec3 u = cross(facet.normal, least);
   u *= 1 / norm(u);
@@ -262,7 +266,7 @@ void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
       bool is_beyond = square > farthest * farthest * d * d;  // another face of the same point ends this one
       for (int k = patches_of_[i]; k < patches_of_[i + 1]; ++k)
         is_beyond = is_beyond || (dot(cloud_.facets[k].normal, facet.normal) < 0.9 &&
-                                  dot(p, cloud_.facets[k].normal) > wall_distance(cloud_.facets[k]));
+                                  dot(p, cloud_.facets[k].normal) > wall_distance(cloud_, cloud_.facets[k]));
       if (nearest && !is_beyond) out.push_back(x + away + p);
     }
   }

@@ -19,6 +19,10 @@ struct CellSamples {
   std::vector<double> weight;
 };
 
+/// Distance of a facet from its point, m: 0 on clouds with points on the walls. In boxes the plane of the wall is known;
+/// elsewhere the wall lies half a cell away.
+double wall_distance(const Cloud& cloud, const Facet& facet);
+
 /// Makes the samples of a cloud's cells. On an unjittered lattice they are the middles of equal boxes that fill the
 /// cell (8 along a whole cell, 4 in 3D); on other clouds one random place in each of as many sub-cells per spacing
 /// around the point, kept where no other point is nearer and no wall between: the cell is that of the nearest point.
@@ -51,7 +55,6 @@ class CellSampler {
   void add_boxes(int i, int finer, std::vector<Vec3>& out) const;
   void add_nearest(int i, int finer, std::vector<Vec3>& out) const;
   std::vector<Near> rivals(int i) const;
-  double wall_distance(const Facet& facet) const;
   template <class Visit>
   void visit_within(const Vec3& centre, double radius, const Visit& visit) const;
 

@@ -1,6 +1,7 @@
 // Clouds in CSV files: one point a row,
 //   x [m],y [m],z [m],volume [m^3],tag,area_x [m^2],area_y [m^2],area_z [m^2],face,area2_x [m^2],...,face2,...
-// Any unit of length, volume or area. The number of coordinate columns is the dimension. tag and areas are optional;
+// Any unit of length, volume or area. The number of coordinate columns is the dimension, less those at the end that are
+// all 0. tag and areas are optional;
 // area_* is the outward area vector of a piece of the surface that belongs to the point, area2_*, area3_*, ... are
 // further segments (corners). A piece of no area is none; without a face column all are segments of "surface". Volumes
 // and areas are those of the real body: thickness or cross-section included.
@@ -9,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <set>
 
 #include "base/csv.hpp"
@@ -102,12 +104,11 @@ void read_rows(CsvReader& csv, const Columns& c, Points& out, Names& tags, Names
   while (csv.next()) {
     Point p;
     for (int a = 0; a < c.dimension; ++a) p.x[a] = csv.number(c.x[a]);
-    p.volume = p.full_volume = csv.number(c.volume);
+    p.volume = csv.number(c.volume);
     if (!(p.volume > 0))
       throw Error(Fault::bad_case, csv.location(c.volume),
                   fmt::format("a volume of {} is not positive", csv.text(c.volume)),
                   "give every point the volume of the body that it stands for");
-    p.spacing = std::pow(p.volume / out.section, 1.0 / c.dimension);
     p.tag = c.tag < 0 ? tags.number("") : tags.number(csv.text(c.tag));
     out.points.push_back(p);
     for (const PieceColumns& piece : c.segments) {
@@ -127,6 +128,47 @@ void read_rows(CsvReader& csv, const Columns& c, Points& out, Names& tags, Names
   }
 }
 
+/// Leaves out the axes at the end along which all points are at 0. Collective; throws Error.
+void drop_flat_axes(MPI_Comm comm, const std::string& file, Points& out) {
+  while (out.dimension > 1) {
+    const int axis = out.dimension - 1;
+    if (any(comm, std::ranges::any_of(out.points, [&](const Point& p) { return p.x[axis] != 0; }))) return;
+    const auto points_out = [&](const SurfacePiece& piece) { return std::abs(piece.normal[axis]) > 1e-9; };
+    if (any(comm, std::ranges::any_of(out.facets, points_out)))
+      throw Error(Fault::bad_case, SourceLocation{.file = file},
+                  fmt::format("all points have {} = 0, so this is a body of {} dimension{}, but pieces of surface point "
+                              "along {}",
+                              "xyz"[axis], axis, axis > 1 ? "s" : "", "xyz"[axis]),
+                  axis == 2 ? "remove them: the faces of a plate are 'bottom' and 'top' in [boundary]" : "remove them");
+    out.dimension = axis;
+  }
+}
+
+/// The part of a full cell that lies inside the body, of a point on the walls whose pieces of surface these are: by the
+/// angle between two, half of the rest for every further direction.
+double share_inside(std::span<const SurfacePiece> pieces) {
+  std::vector<Vec3> normals;
+  constexpr double same = 0.9;  // cosine: pieces of one curved wall
+  for (const SurfacePiece& piece : pieces)
+    if (std::ranges::none_of(normals, [&](const Vec3& n) { return dot(n, piece.normal) > same; }))
+      normals.push_back(piece.normal);
+  if (normals.size() < 2) return normals.empty() ? 1 : 0.5;
+  const double angle = std::numbers::pi - std::acos(std::clamp(dot(normals[0], normals[1]), -1.0, 1.0));
+  return std::max(angle / (2 * std::numbers::pi), 0.05) * std::pow(0.5, static_cast<double>(normals.size()) - 2);
+}
+
+/// Spacings by the full cells, as if the points lay on the walls; settle_walls knows more, once the points have
+/// neighbours.
+void estimate_spacings(Points& out) {
+  std::size_t next = 0;
+  for (Point& p : out.points) {
+    const auto pieces = std::span(out.facets).subspan(next, p.facets);
+    next += p.facets;
+    p.full_volume = p.volume / share_inside(pieces);
+    p.spacing = std::pow(p.full_volume / out.section, 1.0 / out.dimension);
+  }
+}
+
 }  // namespace
 
 Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int)>& section,
@@ -138,10 +180,12 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
     CsvReader csv(file, named, rank_of(comm), size_of(comm));
     const Columns columns = find_columns(csv);
     out.dimension = columns.dimension;
-    out.section = section(columns.dimension);
     out.has_areas = !columns.segments.empty();
     read_rows(csv, columns, out, tags, faces);
   });
+  drop_flat_axes(comm, file, out);
+  out.section = section(out.dimension);
+  estimate_spacings(out);
 
   out.tags = gather_words(comm, {tags.list.begin(), tags.list.end()});
   out.faces = gather_words(comm, {faces.list.begin(), faces.list.end()});

@@ -74,6 +74,14 @@ Cloud distribute(MPI_Comm comm, Points points, double support);
 /// graded clouds far fewer than within the largest support.
 Cloud distribute(MPI_Comm comm, Points points, const Support& support);
 
+/// Finds out whether the points of a cloud from elsewhere lie on its walls, and sets what follows from it: spacings and
+/// full cells of the points at the surface. Collective.
+void settle_walls(Cloud& cloud);
+
+/// What a user should know of the volumes and areas of a cloud from elsewhere: a surface that does not close, volumes
+/// that are not those the surface encloses. Refuses areas that point inwards. Collective; throws Error.
+std::vector<std::string> remarks_on_surface(const Cloud& cloud);
+
 /// The cloud that [cloud] asks for, with the ghosts that the support of the method needs. Collective; throws Error.
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support);
 

@@ -79,7 +79,9 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
 
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
-  return distribute(comm, cloud_shapes().chosen(table, "shape").make(comm, table), support);
+  Cloud cloud = distribute(comm, cloud_shapes().chosen(table, "shape").make(comm, table), support);
+  if (table.has("file")) settle_walls(cloud);
+  return cloud;
 }
 
 void declare_cloud(Schema& schema) {

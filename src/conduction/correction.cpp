@@ -236,16 +236,12 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   std::vector<double> g = base_weights();
   if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
   scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
-  // The fit aims at points on the walls, or none at all; off the walls it would need the facets' own moments, and does
-  // not pay.
-  if (cloud.points_on_walls || truncated_faces(cloud, neighbours) == 0) {
-    for (int fit = 1; fit <= fits; ++fit) {
-      report.moment_iterations += fit_second_moments(cloud, neighbours, g);
-      if (fit == fits) break;
-      const std::vector<double> base = g;
-      report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
-      clip(base, g);
-    }
+  for (int fit = 1; fit <= fits; ++fit) {
+    report.moment_iterations += fit_second_moments(cloud, neighbours, g);
+    if (fit == fits) break;
+    const std::vector<double> base = g;
+    report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
+    clip(base, g);
   }
   enforce_with_positive_weights(cloud, neighbours, g, report);
   measure(cloud, neighbours, g, report);

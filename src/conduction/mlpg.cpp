@@ -81,6 +81,7 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
                             std::span<const PrescribedTerm> temperatures, MlpgReport& report) {
   std::vector<Vec3> places = faces.x, along = faces.area;
   if (o.prescribed == MlpgPrescribed::collocation) temperatures = {};
+  if (!cloud.points_on_walls) temperatures = {};  // held by the layer before the wall
   for (const PrescribedTerm& term : temperatures) {
     places.insert(places.end(), term.x.begin(), term.x.end());
     along.insert(along.end(), term.area.begin(), term.area.end());
@@ -95,7 +96,7 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
     rows.flux.close_row();
   }
   MlpgScheme scheme{.conduction = nullptr, .shapes = {o.mls, o.support, report.supports.R}};
-  if (o.prescribed == MlpgPrescribed::penalty)
+  if (o.prescribed == MlpgPrescribed::penalty && cloud.points_on_walls)
     scheme.walls =
         std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
   const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
@@ -160,7 +161,7 @@ MlpgOptions options_of(const Table& table, int dimension, bool regular) {
 
 void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptions& o) {
   const Table body = c.section("cloud");
-  if (!cloud.points_on_walls)
+  if (!cloud.points_on_walls && !cloud.walls.empty())
     body.refuse(body.has("at") ? "at" : "", "mlpg needs points on the walls, and the cloud has none",
                 "use at = \"walls\"");
   if (!cloud.has_areas)
@@ -252,7 +253,9 @@ Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& co
   else
     d.capacity =
         std::make_unique<LumpedCapacity>(std::vector(cloud.volume.begin(), cloud.volume.begin() + cloud.owned));
-  if (scheme.walls)
+  if (!cloud.points_on_walls)
+    d.walls.push_back(std::make_unique<SeriesWalls>(cloud, conditions.temperatures));
+  else if (scheme.walls)
     d.walls.push_back(std::move(scheme.walls));
   else if (auto prescribed = prescribed_points(cloud, conditions.temperatures, *d.dofs, *d.capacity))
     d.constraints.push_back(std::move(prescribed));

@@ -10,6 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "conduction/mirror_images.hpp"
 
 namespace calor {
@@ -18,8 +19,8 @@ namespace {
 
 constexpr double usual_horizon = 3.015, short_horizon = 2;
 
-/// The horizon that the case asks for, or what suits the cloud: lattices in cells take the customary one; elsewhere a
-/// short reach leaves fewer negative weights and smaller errors at walls.
+/// The horizon that the case asks for, or what suits the cloud: lattices in cells with images beyond all walls take the
+/// customary one; elsewhere a short reach leaves fewer negative weights and smaller errors at walls.
 Support horizon_of(const Table& options, bool lattice_in_cells) {
   if (!options.has("horizon")) return lattice_in_cells ? usual_horizon : short_horizon;
   const auto given = options.quantities_with_units("horizon");
@@ -29,7 +30,7 @@ Support horizon_of(const Table& options, bool lattice_in_cells) {
   if (unit.empty()) {
     if (!(value >= 1 && value <= 30))
       options.refuse("horizon", fmt::format("a horizon of {:g} spacings does not lie between 1 and 30", value),
-                     "take 3.015 on lattices of cells, 2 on other clouds; a length needs its unit");
+                     "take 3.015 on lattices of cells without heat fluxes on walls, 2 on other clouds; a length needs its unit");
     return value;
   }
   const double length = options.in_si("horizon", given.front(), "m", "length",
@@ -59,7 +60,9 @@ Support support_of(const Case& c) { return options_of(c.section("peridynamics"),
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("peridynamics");
-  const Peridynamics options = options_of(table, cloud.lattice && !cloud.points_on_walls);
+  const bool has_fluxes =
+      any(cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
+  const Peridynamics options = options_of(table, cloud.lattice && !cloud.points_on_walls && (!has_fluxes || is_paper(table)));
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
@@ -168,7 +171,7 @@ void declare_peridynamics(Schema& schema) {
            {"n", Kind::integer, "", "2", "Heat of a bond falls with this power of its length: 0, 1 or 2."},
            {"horizon", Kind::raw_quantities, "", optional,
             "Radius within which points exchange heat: a multiple of the spacing, or a length with its unit; default: "
-            "3.015 on lattices of cells, 2 on other clouds."},
+            "3.015 on lattices of cells without heat fluxes on walls, 2 on other clouds."},
            {"correction",
             Kind::choice,
             "",

@@ -5,6 +5,7 @@
 #include <numeric>
 #include <vector>
 
+#include "cloud/cell_samples.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/linear_algebra.hpp"
 
@@ -133,18 +134,26 @@ void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<co
 int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
   // Normal equations of the least change of g, in the metric of g, with soft rows:
   //   (M g M^T + softness diag) z = rhs - M g,  M_i = x_ji (x) x_ji / s_i,  rhs_i = 2 V_i I / s_i,
-  // where component ab of a tensor is divided by the geometric mean of the spacings along a and b.
+  // where component ab of a tensor is divided by the geometric mean of the spacings along a and b. Off the walls, a
+  // facet at the distance y carries 2 A y n (x) n of rhs: the heat of a quadratic temperature that passes the wall.
   const auto& x = cloud.x;
   const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
   const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
   std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
   std::vector<Six> scales(cloud.owned);
+  std::size_t facet = 0;  // they are sorted by point
   for (int i = 0; i < cloud.owned; ++i) {
     const Six s = scales[i] = over_spacings(cloud.metric[i]);
     double* R = rhs.data() + 6 * i;
     double* d = diagonal.data() + 6 * i;
     double fourth = 0;
     for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s[c];
+    for (; !cloud.points_on_walls && facet < cloud.facets.size() && cloud.facets[facet].point == i; ++facet) {
+      if (!neighbours.mirrored.empty() && neighbours.mirrored[facet]) continue;
+      const Facet& p = cloud.facets[facet];
+      const Six q = products(p.normal);
+      for (int c = 0; c < 6; ++c) R[c] -= 2 * p.area * wall_distance(cloud, p) * q[c] * s[c];
+    }
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = neighbours.x_ji(x, i, n);
       const Six q = products(r);

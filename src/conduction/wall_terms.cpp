@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "cloud/cell_samples.hpp"
 #include "conduction/pair_flux.hpp"
 
 namespace calor {
@@ -82,6 +83,52 @@ void ImageConduction::add_row_sums(Evaluation& at, std::span<double> sums) {
     const auto d = flux_derivatives(k, 0, bonds_.point[b], image.point, image.sign);
     sums[bonds_.point[b]] += std::abs(bonds_.G[b]) * (std::abs(d.by_i) + std::abs(d.by_j));
   }
+}
+
+SeriesWalls::SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures)
+    : temperatures_(temperatures) {
+  for (const PrescribedTerm& term : temperatures) {
+    std::vector<int>& point = point_.emplace_back();
+    std::vector<double>& ratio = area_over_depth_.emplace_back();
+    for (std::size_t n = 0; n < term.facet.size(); ++n) {
+      const Facet& facet = cloud.facets[term.facet[n]];
+      point.push_back(facet.point);
+      ratio.push_back(term.share[n] * facet.area / wall_distance(cloud, facet));
+    }
+    has_walls_ = has_walls_ || !point.empty();
+  }
+}
+
+template <class Use>
+void SeriesWalls::for_each_facet(double t, const Use& use) {
+  for (std::size_t m = 0; m < temperatures_.size(); ++m) {
+    const PrescribedTerm& term = temperatures_[m];
+    T_wall_.resize(term.x.size());
+    term.temperature.evaluate({.x = term.x, .t = t}, T_wall_);
+    for (std::size_t n = 0; n < T_wall_.size(); ++n) use(term, point_[m][n], area_over_depth_[m][n], T_wall_[n]);
+  }
+}
+
+void SeriesWalls::add_rate(Evaluation& at, std::span<double> F, std::span<double> power) {
+  const std::span<const double> T = at.T(), k = at.at(Evaluation::nodes).k();
+  for_each_facet(at.t(), [&](const PrescribedTerm& term, int i, double ratio, double T_wall) {
+    const double heat = ratio * k[i] * (T_wall - T[i]);
+    F[i] += heat;
+    power[term.account] += heat;
+  });
+}
+
+void SeriesWalls::add_jacobian(Evaluation& at, JacobianEntries& J) {
+  const std::span<const double> T = at.T(), dk_dT = at.at(Evaluation::nodes).dk_dT(), k = at.at(Evaluation::nodes).k();
+  for_each_facet(at.t(), [&](const PrescribedTerm&, int i, double ratio, double T_wall) {
+    J.add_nodal(i, ratio * ((dk_dT.empty() ? 0 : dk_dT[i] * (T_wall - T[i])) - k[i]));
+  });
+}
+
+void SeriesWalls::add_row_sums(Evaluation& at, std::span<double> sums) {
+  const std::span<const double> k = at.at(Evaluation::nodes).k();
+  for (std::size_t m = 0; m < point_.size(); ++m)
+    for (std::size_t n = 0; n < point_[m].size(); ++n) sums[point_[m][n]] += area_over_depth_[m][n] * k[point_[m][n]];
 }
 
 template <class Use>

@@ -1,6 +1,6 @@
 #pragma once
 // Heat through walls of prescribed temperature that no point holds, booked to the boundary that holds the wall: by
-// mirror images beyond it, or by a penalty.
+// mirror images beyond it, by the layer before it, or by a penalty.
 #include <array>
 #include <span>
 #include <vector>
@@ -60,6 +60,32 @@ class ImageConduction final : public HeatTerm {
   std::vector<OnWall> walls_;
   bool is_constant_ = true, is_known_[2] = {false, false};
   std::vector<double> wall_part_[2], T_wall_, image_, image_power_;
+};
+
+/// Walls of prescribed temperature T* off the points, beyond which no images lie: into point i, the distance y behind
+/// its facet of area A, flows what the layer between them conducts,
+///   F_i += A k(T_i) / y (T* - T_i).
+class SeriesWalls final : public HeatTerm {
+ public:
+  /// Cloud and temperatures must outlive this.
+  SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures);
+
+  void add_rate(Evaluation& at, std::span<double> F, std::span<double> power) override;
+  void add_jacobian(Evaluation& at, JacobianEntries& J) override;
+  void add_row_sums(Evaluation& at, std::span<double> sums) override;
+  Traits traits() const override { return {.fixes_level = has_walls_}; }
+
+ private:
+  std::span<const PrescribedTerm> temperatures_;
+  /// Of every term: the points of its facets, and A / y with the term's share of it, m.
+  std::vector<std::vector<int>> point_;
+  std::vector<std::vector<double>> area_over_depth_;
+  bool has_walls_ = false;
+  std::vector<double> T_wall_;
+
+  /// Calls use(term, point, A / y, T*) for all facets.
+  template <class Use>
+  void for_each_facet(double t, const Use& use);
 };
 
 /// Walls that a penalty holds at their temperature (as in the papers on MLPG): into point i of the wall flows the heat

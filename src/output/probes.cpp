@@ -10,6 +10,7 @@
 #include <memory>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 
@@ -67,8 +68,8 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
     int planes = 0, beyond = 0;
     for (const Facet& facet : cloud.facets) {
       if (facet.point != next.point) continue;
-      // The wall of a cell-centred cloud is half a cell away.
-      const double wall = cloud.points_on_walls ? 0 : 0.5 * cloud.full_volume[next.point] / facet.area;
+      // Off the walls of clouds that are no boxes, the distance of the wall is known roughly.
+      const double wall = (cloud.walls.empty() ? 1.1 : 1) * wall_distance(cloud, facet);
       double of_face = 0, of_any = 0;
       for (const Candidate& c : near) {
         if (norm(c.x - next.x) > 1.5 * next.spacing) continue;

@@ -9,6 +9,7 @@
 
 #include "base/parallel.hpp"
 #include "solve/exchange_terms.hpp"
+#include "solve/wall_fluxes.hpp"
 
 namespace calor {
 namespace {
@@ -31,7 +32,9 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       at_(*discretisation_.dofs, coefficients(materials_, discretisation_)),
       accounts_(conditions_.accounts),
       role_(cloud.owned, Role::free) {
-  for (const SurfaceTerm& term : conditions_.fluxes) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
+  for (const SurfaceTerm& term : conditions_.fluxes)
+    if (term.is_plate || cloud.points_on_walls) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
+  if (!cloud.points_on_walls) exchange_.push_back(std::make_unique<WallFluxes>(cloud, conditions_.fluxes));
   for (const auto& source : sources_) {
     exchange_.push_back(std::make_unique<SourceTerm>(*source, static_cast<int>(accounts_.size())));
     accounts_.push_back(source->name);
