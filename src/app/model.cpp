@@ -8,6 +8,7 @@
 
 #include "base/csv.hpp"
 #include "base/parallel.hpp"
+#include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "output/probes.hpp"
 #include "solve/initial.hpp"
@@ -135,6 +136,9 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Support support = method.support(c);
   located(cloud_location,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });
+  std::vector<Crack> cracks = has_cracks(c) ? read_cracks(c, *m.cloud) : std::vector<Crack>();
+  std::erase_if(cracks, [](const Crack& crack) { return crack.fails(); });
+  if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
   if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(c, m); });
   Conditions conditions;

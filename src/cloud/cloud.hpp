@@ -98,6 +98,13 @@ struct Cloud {
   bool points_on_walls = true;  ///< false: cell-centred
   bool has_areas = true;        ///< false: a bare CSV without boundary areas
   ExactBody exact;
+  /// Volumes and area vectors of the body before cracks, which end cells: weights are made for the whole body first and
+  /// cut then. Null: there are no such cracks.
+  struct Measures {
+    std::vector<double> volume;
+    std::vector<Vec3> area;
+  };
+  std::shared_ptr<const Measures> whole;
   Halo halo;
   /// Every point j within halo_width (m) and the ellipsoid halo_support.radius((s_i + s_j) / 2) around an owned point i
   /// is local.

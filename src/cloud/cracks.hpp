@@ -1,6 +1,7 @@
 #pragma once
 // Cracks and interfaces: surfaces inside the body that heat does not cross, or only against a contact resistance.
 #include <limits>
+#include <optional>
 #include <vector>
 
 #include "case/case.hpp"
@@ -82,6 +83,12 @@ class Cracks {
   std::vector<Vec3> location_;
   std::int64_t moved_ = 0;
 };
+
+/// Gives the points beside cracks the cells and facets that are nearer to them than to other points on their side of
+/// the cracks. Collective.
+void end_cells_at_cracks(Cloud& cloud, const Cracks& cracks);
+/// The cloud of the body before cracks ended its cells: `cloud` itself where none did, or else `copy`.
+const Cloud& without_cracks(const Cloud& cloud, std::optional<Cloud>& copy);
 
 /// The [[crack]] entries of a case. Throws Error(bad_case) for cracks that do not suit the cloud.
 std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud);

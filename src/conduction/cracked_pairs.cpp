@@ -151,7 +151,8 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
   const auto crossings = cracks.crossings(neighbours);
   if (std::ranges::any_of(cracks.all(), is_surface)) {
     const CutPairs cut_pairs = cut(cloud, cracks, neighbours, crossings, G);
-    Cloud cracked = cloud;  // its surface includes the faces of the cracks
+    std::optional<Cloud> copy;
+    Cloud cracked = without_cracks(cloud, copy);  // its surface includes the faces of the cracks
     const auto area = areas_of_faces(cloud, cracks, cut_pairs);
     for (int i = 0; i < cloud.owned; ++i) cracked.area[i] += area[i];
     std::vector<char> is_gone(G.size(), 0);

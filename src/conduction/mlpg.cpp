@@ -278,8 +278,9 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
   MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
   count_pairs(cloud, pairs.neighbours, report);
   CorrectionReport done;
+  std::optional<Cloud> copy;
   auto G = tiles ? lattice_line_weights(cloud, pairs.neighbours, neighbours_alone, done)
-                 : sph_consistent_weights(cloud, pairs.neighbours, smoothing, done);
+                 : sph_consistent_weights(without_cracks(cloud, copy), pairs.neighbours, smoothing, done);
   auto discretisation =
       with_cracks(c, cloud, parts, conditions, std::move(pairs), std::move(G), Layers::odd, done, report);
   add_to_report(done, report);

@@ -1,4 +1,5 @@
 #include "conduction/peridynamics.hpp"
+#include "cloud/cracks.hpp"
 #include "conduction/cracked_pairs.hpp"
 
 #include <fmt/format.h>
@@ -80,7 +81,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     return pair_discretisation(cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers);
   }
   CorrectionReport done;
-  auto G = peridynamic_weights(cloud, mirrored.neighbours, options, done);
+  std::optional<Cloud> copy;
+  auto G = peridynamic_weights(without_cracks(cloud, copy), mirrored.neighbours, options, done);
   require_sound(done);
   auto discretisation =
       with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);

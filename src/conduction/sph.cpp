@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "cloud/cracks.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/mirror_images.hpp"
 #include "conduction/zeta_rows.hpp"
@@ -99,7 +100,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   if (paper) return paper_scheme(cloud, material.parts(), conditions, std::move(mirrored.neighbours), smoothing);
 
   CorrectionReport done;
-  auto G = sph_consistent_weights(cloud, mirrored.neighbours, smoothing, done);
+  std::optional<Cloud> copy;
+  auto G = sph_consistent_weights(without_cracks(cloud, copy), mirrored.neighbours, smoothing, done);
   require_sound(done);
   auto discretisation =
       with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
