@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <exception>
 #include <string>
 
@@ -94,6 +95,8 @@ void RowAdder::add(std::int64_t row, std::span<const std::int32_t> columns, std:
   check(MatSetValues(matrix_, 1, &number, static_cast<PetscInt>(columns_.size()), columns_.data(), scaled_.data(),
                      ADD_VALUES));
 }
+
+double unit_of(double size) { return size > 0 && std::isfinite(size) ? std::exp2(std::ilogb(size) - 40) : 1; }
 
 void factorise(KSP solver, std::int64_t rows, bool symmetric) {
   constexpr std::int64_t few = 5'000;

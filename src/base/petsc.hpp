@@ -120,6 +120,10 @@ class RowAdder {
   std::vector<double> scaled_;
 };
 
+/// A unit for equations with a matrix of entries of about `size` (1 where that is not positive or not finite). PETSc
+/// takes pivots below 2e-14 for zeros, in whatever unit: equations are handed to it divided by a power of two, which
+/// costs no digit, far below their size, as pivots may be.
+double unit_of(double size);
 /// Makes a new solver factorise in place of iterating: Cholesky where the matrix is symmetric. On several ranks few
 /// rows are factorised by every rank for itself, as messages would take much longer than that; many by MUMPS.
 void factorise(KSP solver, std::int64_t rows, bool symmetric);

@@ -1,8 +1,10 @@
-// Volumes of the points of a jittered lattice: in units of the spacings along the axes, in which flat points are cubes,
-// the part of the box that is nearer to a point than to any other.
+// Volumes of the points of a jittered lattice, in units of the spacings along the axes, in which flat points are cubes:
+// integrals of linearly exact shape functions, or the part of the box that is nearer to a point than to any other.
 #include "cloud/lattice.hpp"
 
+#include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cloud/convex_cell.hpp"
@@ -52,7 +54,86 @@ std::vector<LatticeIndex> offsets_by_distance(const Lattice& lattice, std::int64
   return offsets;
 }
 
+/// Values at a place of the shape functions of moving least squares with linear basis: they add up to 1, and their
+/// points to the place.
+class ShapeFunctions {
+ public:
+  /// Of the points of `layers` around a place in the given cell of the lattice, all in spacings.
+  void evaluate(const Lattice& lattice, const Layers& layers, const LatticeIndex& cell, const Vec3& place) {
+    constexpr double radius = 1.8;    // of the supports; wider ones take from the walls, narrower ones see too little
+    constexpr std::int64_t most = 2;  // intervals, as points are moved by less than half a spacing
+    const int D = lattice.box().dimension;
+    ids.clear(), value.clear(), way_.clear();
+    LatticeIndex low{}, high{};
+    for (int a = 0; a < D; ++a) {
+      low[a] = std::max<std::int64_t>(0, cell[a] - most);
+      high[a] = std::min(lattice.box().points[a] - 1, cell[a] + 1 + most);
+    }
+    Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
+    LatticeIndex j;
+    for (j[2] = low[2]; j[2] <= high[2]; ++j[2])
+      for (j[1] = low[1]; j[1] <= high[1]; ++j[1])
+        for (j[0] = low[0]; j[0] <= high[0]; ++j[0]) {
+          const std::int64_t id = lattice.id(j);
+          const Vec3 r = layers.at(id) - place;
+          const double inside = 1 - dot(r, r) / (radius * radius);
+          if (!(inside > 0)) continue;
+          const double weight = inside * inside * inside * inside;
+          const Eigen::Vector4d p(1, r.x, r.y, r.z);
+          moments.noalias() += weight * p * p.transpose();
+          ids.push_back(id), value.push_back(weight), way_.push_back(r);
+        }
+    for (int a = D; a < 3; ++a) moments(1 + a, 1 + a) = 1;
+    const Eigen::Vector4d c = moments.llt().solve(Eigen::Vector4d::UnitX());
+    for (std::size_t n = 0; n < ids.size(); ++n)
+      value[n] *= c[0] + c[1] * way_[n].x + c[2] * way_[n].y + c[3] * way_[n].z;
+  }
+
+  std::vector<std::int64_t> ids;
+  std::vector<double> value;
+
+ private:
+  std::vector<Vec3> way_;
+};
+
 }  // namespace
+
+std::vector<double> linearly_exact_volumes(const Lattice& lattice, const Slice& mine) {
+  const BoxLattice& box = lattice.box();
+  const int D = box.dimension, last = D - 1;
+  if (mine.begin == mine.end) return {};
+  // Gauss points of the cells between the points of the lattice: half the distances to the middle, and weights.
+  constexpr std::array<double, 3> place = {0.1127016653792583, 0.5, 0.8872983346207417};
+  constexpr std::array<double, 3> weight = {5. / 18, 4. / 9, 5. / 18};
+  constexpr std::int64_t reach = 3;  // intervals from a point to the cells where its shape function is not 0
+  const std::int64_t first = lattice.index(mine.begin)[last], end = lattice.index(mine.end - 1)[last] + 1;
+  const Layers layers(lattice, first - 2 * reach, end + 2 * reach);
+  const Vec3 origin = in_spacings(lattice, box.origin);
+  double unit = 1;
+  for (int a = 0; a < D; ++a) unit *= lattice.dx(a);
+
+  std::vector<double> volume(mine.end - mine.begin);
+  LatticeIndex low{}, high{};  // of the cells, upper ends excluded
+  for (int a = 0; a < 3; ++a) high[a] = a < D ? lattice.cells(a) : 1;
+  low[last] = std::max<std::int64_t>(0, first - reach), high[last] = std::min(high[last], end + reach);
+  const int rules = D == 1 ? 3 : D == 2 ? 9 : 27;
+  ShapeFunctions shapes;
+  LatticeIndex cell;
+  for (cell[2] = low[2]; cell[2] < high[2]; ++cell[2])
+    for (cell[1] = low[1]; cell[1] < high[1]; ++cell[1])
+      for (cell[0] = low[0]; cell[0] < high[0]; ++cell[0])
+        for (int q = 0; q < rules; ++q) {
+          const std::array<int, 3> k = {q % 3, q / 3 % 3, q / 9};
+          Vec3 x = origin;
+          double w = unit;
+          for (int a = 0; a < D; ++a) x[a] += static_cast<double>(cell[a]) + place[k[a]], w *= weight[k[a]];
+          shapes.evaluate(lattice, layers, cell, x);
+          for (std::size_t n = 0; n < shapes.ids.size(); ++n)
+            if (const std::int64_t id = shapes.ids[n]; id >= mine.begin && id < mine.end)
+              volume[id - mine.begin] += w * shapes.value[n];
+        }
+  return volume;
+}
 
 std::vector<double> nearest_point_volumes(const Lattice& lattice, const Slice& mine) {
   const BoxLattice& box = lattice.box();

@@ -167,6 +167,7 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   const Slice mine = slice(comm, lattice.count());
   std::vector<double> volume;
   if (box.jitter > 0) volume = nearest_point_volumes(lattice, mine);
+  if (box.jitter > 0 && box.on_walls) out.jittered = std::make_shared<const Lattice>(lattice);
   out.points.reserve(mine.end - mine.begin);
   LatticeIndex i = lattice.index(mine.begin);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {

@@ -57,6 +57,12 @@ class Lattice {
 /// Three numbers, uniform in [0, 1), from the seed and a counter alone.
 Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter);
 
+/// Integral over the box of the shape function of point id of `mine`, moving least squares with linear basis, in
+/// m^dimension: a quadrature at the points that is exact for linear functions, for points on the walls. Cells of
+/// nearest places are exact for constants only, which leaves the weights of pairs of first order on fine clouds.
+/// Samples: three Gauss points a spacing along every axis.
+std::vector<double> linearly_exact_volumes(const Lattice& lattice, const Slice& mine);
+
 /// Volume of the part of the box that is nearer, in spacings, to point id of `mine` than to any other, in m^dimension;
 /// over all points they add up to the box. Exact: sampled volumes would leave an error that does not fall with the
 /// spacing.

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
 
 namespace calor {
 CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape();
@@ -77,9 +78,22 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
   return static_cast<std::int64_t>(n);
 }
 
+namespace {
+
+void use_linearly_exact_volumes(MPI_Comm comm, Points& points) {
+  const Lattice& lattice = *points.jittered;
+  const std::vector<double> volume = linearly_exact_volumes(lattice, slice(comm, lattice.count()));
+  for (std::size_t n = 0; n < volume.size(); ++n) points.points[n].volume = points.section * volume[n];
+}
+
+}  // namespace
+
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
-  Cloud cloud = distribute(comm, cloud_shapes().chosen(table, "shape").make(comm, table), support);
+  Points points = cloud_shapes().chosen(table, "shape").make(comm, table);
+  // The weights of pairs want volumes that are a quadrature at the points; MLPG balances cells.
+  if (points.jittered && c.root().text("method") != "mlpg") use_linearly_exact_volumes(comm, points);
+  Cloud cloud = distribute(comm, std::move(points), support);
   if (table.has("file")) settle_walls(cloud);
   return cloud;
 }

@@ -6,6 +6,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "base/error.hpp"
@@ -20,9 +21,9 @@ constexpr int most_solves = 6;
 constexpr double exactly = 1e-12, roughly = 1e-2;
 constexpr double floor_of_clip = 0.02;
 /// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
-/// little. More would lower the error further; so many cost nothing in the plane and a fifth of the time in space, for
-/// the last solution is near by then.
-constexpr int fits = 5;
+/// little. On jittered squares of 161 points an edge 5, 10, 15 leave errors of 4.4e-7, 3.7e-7, 3.6e-7 (SPH) and 1.0e-6,
+/// 7.0e-7, 6.0e-7 (peridynamics); the time for the weights grows by a half from 5 to 10.
+constexpr int fits = 10;
 
 /// Axis of every face of a box: "xmin", "xmax", "ymin", ...
 std::vector<int> axes_of_faces(const Cloud& cloud) {
@@ -140,6 +141,17 @@ void clip(std::span<const double> base, std::span<double> g) {
   for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
 }
 
+/// What the rounding of the coordinates may leave of a residual: far from the origin, much.
+double rounding_of_places(const Cloud& cloud) {
+  double farthest = 0, least = std::numeric_limits<double>::max();
+  for (int i = 0; i < cloud.owned; ++i) {
+    farthest = std::max(farthest, norm(cloud.x[i]));
+    for (int a = 0; a < cloud.dimension; ++a) least = std::min(least, cloud.metric[i][a]);
+  }
+  constexpr double few = 16;  // of the pairs of a point
+  return few * std::numeric_limits<double>::epsilon() * max(cloud.comm, farthest) / min(cloud.comm, least);
+}
+
 }  // namespace
 
 Vec3 face_size(const Cloud& cloud, int i) {
@@ -229,7 +241,7 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   if (cloud.box_lattice && !lattice_weights.empty()) {
     auto G = mirrored_lattice_weights(cloud, neighbours, lattice_weights);
     report.residual = largest_residual(cloud, neighbours, G);
-    report.lattice_shortcut = report.residual < 1e-10;
+    report.lattice_shortcut = report.residual < 1e-10 + rounding_of_places(cloud);
     if (report.lattice_shortcut) return G;
   }
 

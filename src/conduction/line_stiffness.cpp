@@ -22,6 +22,7 @@ LineStiffness::LineStiffness(const Cloud& cloud, const Neighbours& neighbours, s
   constexpr double lift = 1e-13;  // of the diagonal: where a crack cuts the line, one half of it hangs on nothing
   std::vector<std::int32_t> columns;
   std::vector<double> values;
+  double largest = 0;
   for (int i = 0; i < cloud.owned; ++i) {
     columns.assign(1, i), values.assign(1, 0);
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
@@ -31,6 +32,7 @@ LineStiffness::LineStiffness(const Cloud& cloud, const Neighbours& neighbours, s
       values.push_back(-stiffness * neighbours.reflected(Vec3{1, 0, 0}, n).x);
     }
     values[0] *= 1 + lift;
+    largest = std::max(largest, values[0]);
     if (number[i] >= 0) {
       rows.add(number[i], columns, values);
     } else {
@@ -38,6 +40,7 @@ LineStiffness::LineStiffness(const Cloud& cloud, const Neighbours& neighbours, s
     }
   }
   petsc::assemble(matrix_);
+  petsc::check(MatScale(matrix_, 1 / petsc::unit_of(max(cloud.comm, largest))));  // a preconditioner has no unit
   work_ = petsc::create_vector(matrix_);
   petsc::check(KSPCreate(cloud.comm, solver_.out()));
   petsc::check(KSPSetOperators(solver_, matrix_, matrix_));

@@ -64,7 +64,8 @@ class PrescribedPoints : public Constraint {
   std::vector<double> T_star_;
 };
 
-/// The degrees of freedom are the temperatures themselves: they are set.
+/// The degrees of freedom are the temperatures themselves: they are set. Their rows of the Jacobian hold the heat
+/// capacities of the start, in the unit of the other rows.
 class FixedPoints final : public PrescribedPoints {
  public:
   using PrescribedPoints::PrescribedPoints;
@@ -75,8 +76,12 @@ class FixedPoints final : public PrescribedPoints {
   void residual(Evaluation& /*at*/, std::span<double> c) override {
     for (int i : points_) c[i] = 0;
   }
-  void add_jacobian(Evaluation& /*at*/, JacobianEntries& J) override {
-    for (int i : points_) J.add_nodal(i, -1);
+  void add_jacobian(Evaluation& at, JacobianEntries& J) override {
+    if (C_.empty()) {
+      C_.resize(cloud_.owned);
+      capacity_.evaluate(at, {}, C_);
+    }
+    for (int i : points_) J.add_nodal(i, -C_[i]);
   }
   void set_known(double t, std::span<double> u) override {
     for (int i : points_) u[i] = 0;
@@ -117,7 +122,8 @@ class FixedPoints final : public PrescribedPoints {
     has_base_ = true;
   }
 
-  bool is_held_ = false;  ///< for good
+  std::vector<double> C_;  ///< of the owned points
+  bool is_held_ = false;   ///< for good
   bool has_base_ = false;
   std::vector<double> held_T_;
   std::vector<double> base_T_, base_E_, base_C_;  ///< where the capacity is constant

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "cloud/cell_samples.hpp"
+#include "base/parallel.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/linear_algebra.hpp"
 
@@ -84,9 +85,9 @@ void change(const Cloud& cloud, const Neighbours& neighbours, const TensorField&
   });
 }
 
-/// A rough solution is enough: the rest of the error is smooth along the walls, where it does no harm. A fixed number
-/// of iterations makes the weights a continuous function of the cloud.
-constexpr CgLimits rough = {.relative = 1e-12, .absolute = 0, .iterations = 30};
+/// To the end: what conjugate gradients leave when they are stopped halfway hangs on the rounding of all steps before,
+/// and the weights would differ by 1e-3 of themselves between a body and its mirror image. `size`: of the moments.
+CgLimits accurate(double size) { return {.relative = 0, .absolute = 1e-12 * size, .iterations = 1000}; }
 
 }  // namespace
 
@@ -139,7 +140,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const auto& x = cloud.x;
   const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_sectors;
   const std::size_t unknowns = 6 * static_cast<std::size_t>(cloud.owned);
-  std::vector<double> diagonal(unknowns), rhs(unknowns), z(unknowns);
+  std::vector<double> diagonal(unknowns), rhs(unknowns), goal(unknowns), z(unknowns);
   std::vector<Six> scales(cloud.owned);
   std::size_t facet = 0;  // they are sorted by point
   for (int i = 0; i < cloud.owned; ++i) {
@@ -154,6 +155,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
       const Six q = products(p.normal);
       for (int c = 0; c < 6; ++c) R[c] -= 2 * p.area * wall_distance(cloud, p) * q[c] * s[c];
     }
+    std::copy_n(R, 6, goal.begin() + 6 * static_cast<std::ptrdiff_t>(i));
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = neighbours.x_ji(x, i, n);
       const Six q = products(r);
@@ -191,7 +193,8 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t k = 0; k < unknowns; ++k) y[k] = diagonal[k] > 0 ? r[k] / diagonal[k] : 0;
   };
-  const auto solved = conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  const auto solved =
+      conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, accurate(std::sqrt(dot(cloud.comm, goal, goal))));
   set_tau(z);
   change(cloud, neighbours, tau, g);
   return solved.iterations;
@@ -227,7 +230,7 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t i = 0; i < r.size(); ++i) y[i] = diagonal[i] > 0 ? r[i] / diagonal[i] : 0;
   };
-  conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, rough);
+  conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, {.relative = 1e-11, .iterations = 1000});
   set_tau(z);
   change(cloud, neighbours, tau, g);
 }

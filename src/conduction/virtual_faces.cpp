@@ -18,7 +18,7 @@ namespace {
 constexpr double smoothing = 1;
 /// Of the diagonal: the second moments are over-determined, so they must not be hard.
 constexpr double softness = 1e-3;
-constexpr int most_iterations = 200, most_polish_iterations = 20000;
+constexpr int most_iterations = 2000, most_polish_iterations = 20000;
 
 /// One Cartesian component c of the area vectors, as potentials at the points:
 ///   a_ij = a0_ij + w_ij [psi_i - psi_j + 1/2 (m_i + m_j).x_ji],

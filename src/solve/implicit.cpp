@@ -47,9 +47,11 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   hottest = max(system_.cloud().comm, hottest);
   const double reachable = std::max({tolerance, round_off * hottest * (1 + gamma_dt * rate_bound_), least});
   system_.residual_scale(t, T, tolerance_);
+  const double C = owned > 0 ? std::ranges::max(tolerance_) : 0;
+  const double size = max(system_.cloud().comm, C) * (1 + gamma_dt * rate_bound_);
   for (double& value : tolerance_) value *= reachable;
 
-  const Newton::Result result = newton_.solve(T, most_iterations);
+  const Newton::Result result = newton_.solve(T, most_iterations, size);
   counts.newton_iterations += result.iterations;
   counts.linear_iterations += result.linear_iterations;
   reason_ = result.reason;

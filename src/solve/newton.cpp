@@ -74,7 +74,8 @@ void Newton::choose_linear_solver(bool steady) {
   }
 }
 
-Newton::Result Newton::solve(std::span<double> T, int most_iterations) {
+Newton::Result Newton::solve(std::span<double> T, int most_iterations, double size) {
+  if (unit_ == 0) unit_ = petsc::unit_of(size);
   error_ = nullptr;
   starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
   last_residual_ = std::numeric_limits<double>::infinity();
@@ -103,10 +104,12 @@ Newton::Result Newton::solve(std::span<double> T, int most_iterations) {
 void Newton::solve_linear(std::span<const double> b, std::span<double> x) {
   if (!has_jacobian_) {  // every first guess so far was a solution, as in a body at rest
     equations_.jacobian(T_, J_);
+    check(MatScale(J_, 1 / unit_));
     check(KSPSetOperators(linear_solver(), J_, J_));
     has_jacobian_ = true;
   }
   petsc::copy(b, b_);
+  check(VecScale(b_, 1 / unit_));
   petsc::solve(linear_solver(), b_, b_);
   petsc::copy(b_, x);
 }
@@ -117,7 +120,7 @@ double Newton::largest_in_units_of(const std::vector<double>& unit) const {
     const petsc::View<const double> R(R_);
     for (std::size_t i = 0; i < unit.size(); ++i) {
       if (R.values()[i] == 0) continue;
-      const double ratio = std::abs(R.values()[i]) / unit[i];
+      const double ratio = std::abs(R.values()[i]) * unit_ / unit[i];
       if (!(ratio <= largest)) largest = std::isnan(ratio) ? std::numeric_limits<double>::infinity() : ratio;
     }
   }
@@ -140,6 +143,7 @@ PetscErrorCode Newton::residual(SNES, Vec T, Vec R, void* self) {
     }
     try {
       newton.equations_.residual(newton.T_, values.values());
+      for (double& R_i : values.values()) R_i /= newton.unit_;
     } catch (const Error&) {
       newton.error_ = std::current_exception();
       newton.fails_at_start_ = newton.starts_;
@@ -156,6 +160,7 @@ PetscErrorCode Newton::jacobian(SNES snes, Vec T, Mat J, Mat, void* self) {
     petsc::copy(T, std::span(newton.T_).first(newton.system_.cloud().owned));
     try {
       newton.equations_.jacobian(newton.T_, J);
+      check(MatScale(J, 1 / newton.unit_));
       newton.jacobian_is_old_ = newton.always_renew_;
       newton.has_jacobian_ = true;
     } catch (const Error&) {

@@ -37,9 +37,10 @@ class Newton {
   Newton(const Newton&) = delete;
   Newton& operator=(const Newton&) = delete;
 
-  /// From the first guess T to |R_i| <= tolerance_i everywhere, or to where R falls no further and is round-off. Errors
+  /// From the first guess T to |R_i| <= tolerance_i everywhere, or to where R falls no further and is round-off. `size`
+  /// tells about how large the entries of the Jacobian are, on all ranks alike; that of the first call counts. Errors
   /// of the equations at T itself are passed on; at later iterates they shorten the step. Collective.
-  Result solve(std::span<double> T, int most_iterations);
+  Result solve(std::span<double> T, int most_iterations, double size);
 
   /// The Jacobian stays as it is until this is called.
   void renew_jacobian() { jacobian_is_old_ = true; }
@@ -66,6 +67,7 @@ class Newton {
   std::vector<double> T_;  ///< local points
   std::vector<double> tolerance_, round_off_;
   double last_residual_ = 0;
+  double unit_ = 0;  ///< of the equations that PETSc sees, see petsc::unit_of
   bool starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
   bool has_jacobian_ = false, jacobian_is_old_ = true, always_renew_ = true;
   std::exception_ptr error_;

@@ -48,19 +48,34 @@ std::vector<double> row_sums(Mat J, int owned) {
 /// The balances of the steady state and what they are judged by.
 class SteadyState {
  public:
-  SteadyState(HeatSystem& system, double relative) : system_(system), relative_(relative) {}
+  /// The rows of prescribed temperatures hold J; times the fastest rate at T they are W, as the others.
+  SteadyState(HeatSystem& system, double relative, std::span<double> T)
+      : system_(system), relative_(relative), rate_(system.rate_bound(0, T)) {
+    if (!(rate_ > 0) || !std::isfinite(rate_)) rate_ = 1;
+  }
 
   Newton::Equations equations() {
-    return {.residual = [this](std::span<double> T, std::span<double> R) { system_.residual(0, T, 1, {}, R); },
+    return {.residual =
+                [this](std::span<double> T, std::span<double> R) {
+                  system_.residual(0, T, 1, {}, R);
+                  for (int i : system_.prescribed()) R[i] *= rate_;
+                },
             .jacobian =
                 [this](std::span<double> T, Mat J) {
                   system_.jacobian(0, T, 0, 1, J);
+                  scale_rows(J);
                   row_sums_ = row_sums(J, system_.cloud().owned);
                 },
             .tolerance = [this](auto T, auto tolerance, auto round_off) { judge(T, tolerance, round_off); }};
   }
 
   double flow() const { return flow_; }
+  /// About the largest entry of the Jacobian, W/K. Collective.
+  double size(std::span<double> T) {
+    std::vector<double> C(system_.cloud().owned);
+    system_.capacity(T, C);
+    return rate_ * max(system_.cloud().comm, C.empty() ? 0 : std::ranges::max(C));
+  }
   /// Largest imbalance of a point, W.
   double imbalance(std::span<double> T) {
     const Cloud& cloud = system_.cloud();
@@ -73,6 +88,16 @@ class SteadyState {
   }
 
  private:
+  void scale_rows(Mat J) {
+    petsc::Vector factors = petsc::create_vector(J);
+    {
+      const petsc::View<double> factor(factors);
+      std::ranges::fill(factor.values(), 1.0);
+      for (int i : system_.prescribed()) factor.values()[i] = rate_;
+    }
+    petsc::check(MatDiagonalScale(J, factors, nullptr));
+  }
+
   /// What is a small imbalance follows from what flows at these temperatures: the first guess, with its steps at the
   /// walls, has much larger flows than the solution, or none at all. Rounding of the temperatures alone leaves a row
   /// with eps |T| sum |J_ij|.
@@ -84,7 +109,7 @@ class SteadyState {
     std::vector<double> scale(cloud.owned);
     system_.residual_scale(0, T, scale);
     const double span = system_.temperature_span(0, T);
-    for (int i : system_.prescribed()) tolerance[i] = relative_ * span * scale[i];
+    for (int i : system_.prescribed()) tolerance[i] = relative_ * span * scale[i] * rate_;
     double hottest = 0;
     for (int i = 0; i < cloud.owned; ++i) hottest = std::max(hottest, std::abs(T[i]));
     hottest = max(cloud.comm, hottest);
@@ -96,6 +121,7 @@ class SteadyState {
 
   HeatSystem& system_;
   double relative_, flow_ = 0;
+  double rate_;                   ///< 1/s
   std::vector<double> row_sums_;  ///< of the last Jacobian; empty before the first
 };
 
@@ -112,9 +138,9 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
 
   RangeWatch watch;
   watch.begin(system, state);
-  SteadyState equations(system, relative);
+  SteadyState equations(system, relative, state.T);
   Newton newton(system, equations.equations(), true);
-  const auto result = newton.solve(state.T, most_iterations);
+  const auto result = newton.solve(state.T, most_iterations, equations.size(state.T));
   if (!result.converged && result.reason) std::rethrow_exception(result.reason);
   const SteadyReport report{.newton_iterations = result.iterations,
                             .linear_iterations = result.linear_iterations,

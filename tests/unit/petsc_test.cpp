@@ -38,7 +38,7 @@ class Trouble {
          .correct_step = [&](auto, auto) { here(Where::bend); }},
         true);
     State state = model_.start();
-    const Newton::Result result = newton.solve(state.T, 30);
+    const Newton::Result result = newton.solve(state.T, 30, 1);
     for (int i = 0; result.converged && i < model_.cloud().owned; ++i)
       EXPECT_NEAR(state.T[i], std::sqrt(1 + 3 * model_.cloud().x[i].x) - 1, 1e-11);
     return result;
