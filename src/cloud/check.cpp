@@ -64,6 +64,12 @@ std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
                             by_D, s[1] / cloud.dimension, inside),
                 "area vectors point out of the body: change their signs");
   std::vector<std::string> notes;
+  if (const auto found = std::ranges::find(cloud.faces, undescribed_face); found != cloud.faces.end()) {
+    const auto lacking = std::ranges::count(cloud.facets, found - cloud.faces.begin(), &Facet::face);
+    return {fmt::format("{} points lie at walls without a piece of surface, which count as the face '{}', insulated, with "
+                        "areas by estimate: every wall needs its areas, insulated ones too",
+                        total(cloud.comm, static_cast<std::int64_t>(lacking)), undescribed_face)};
+  }
   const double open = norm({s[4], s[5], s[6]});
   if (open > 1e-3 * s[3] || open > 0.25 * s[3] / static_cast<double>(pieces))
     notes.push_back(fmt::format("the surface does not close: its area vectors sum up to ({:.3g}, {:.3g}, {:.3g}) m^2, "
