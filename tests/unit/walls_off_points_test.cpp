@@ -14,7 +14,7 @@ constexpr double sigma = 5.670374419e-8;  // W/(m^2 K^4)
 
 /// Cells of a bar, 2 m long, k = 3 W/(m K); `tail`: its conditions.
 std::string bar(const std::string& method, int cells, const std::string& tail) {
-  return box_case({"\"2 m\""}, {cells}, method) + "at = \"cells\"\n" + simple_material({.k = "3"}) + tail + "[steady]\n";
+  return box_case({"2 m"}, {cells}, method) + "at = \"cells\"\n" + simple_material({.k = "3"}) + tail + "[steady]\n";
 }
 
 /// Largest difference between the temperatures of the owned points and f.
@@ -58,7 +58,7 @@ temperature = "{:.17g} K"
 
 TEST_P(WallsOffPoints, LinearTemperaturesStayExactOnJitteredCells) {
   // T = 300 + 10 x + 20 y with convection from ambients that suit it.
-  const CaseModel m(box_case({"\"1 m\"", "\"1 m\""}, {8, 9}, GetParam()) + "at = \"cells\"\njitter = 0.3\n" +
+  const CaseModel m(box_case({"1 m", "1 m"}, {8, 9}, GetParam()) + "at = \"cells\"\njitter = 0.3\n" +
                     simple_material({.k = "2"}) + R"toml(
 [boundary.xmin]
 convection = { h = "4 W/(m^2 K)", ambient = { formula = "300 + 20*y - 2*10/4", unit = "K" } }
@@ -89,7 +89,7 @@ TEST_P(WallsOffPoints, TransientsAreOfSecondOrder) {
   std::vector<double> error;
   for (const int cells : {16, 32}) {
     const TemporaryFolder folder;
-    run_into(folder.path(), box_case({"\"1 m\""}, {cells}, GetParam()) + "at = \"cells\"\n" +
+    run_into(folder.path(), box_case({"1 m"}, {cells}, GetParam()) + "at = \"cells\"\n" +
                                 simple_material({.k = "1", .rho = "1", .c = "1"}) + fmt::format(R"toml(
 [boundary.xmax]
 convection = {{ h = "5 W/(m^2 K)", ambient = "400 K" }}
@@ -116,7 +116,7 @@ wall = "1 m"
 }
 
 TEST_P(WallsOffPoints, HaveAnExactJacobian) {
-  const CaseModel m(box_case({"\"1 m\"", "\"1 m\""}, {4, 4}, GetParam()) + "at = \"cells\"\n" +
+  const CaseModel m(box_case({"1 m", "1 m"}, {4, 4}, GetParam()) + "at = \"cells\"\n" +
                     simple_material({.k = "1 + 0.01*T", .rho = "1", .c = "1"}) + R"toml(
 [boundary.all]
 on = ["xmin", "ymax"]
@@ -153,13 +153,13 @@ INSTANTIATE_TEST_SUITE_P(Methods, WallsOffPoints, testing::Values("sph", "peridy
 /// A square of 1 m, n x n points with pieces of surface on all sides; volumes times `scale`.
 std::string square(int n, bool on_walls, double scale = 1, double sign = 1, int missing = -1) {
   std::string rows =
-      "x [m];y [m];z [m];volume [m^3];area_x [m^2];area_y [m^2];face;area2_x [m^2];area2_y [m^2];face2\n";
+      "x [m];y [m];volume [m^3];area_x [m^2];area_y [m^2];face;area2_x [m^2];area2_y [m^2];face2\n";
   const double d = 1.0 / (on_walls ? n - 1 : n);
   const auto width = [&](int a) { return on_walls && (a == 0 || a == n - 1) ? 0.5 * d : d; };
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       const double shift = on_walls ? 0 : 0.5;
-      rows += fmt::format("{:.17g};{:.17g};0;{:.17g}", (i + shift) * d, (j + shift) * d, scale * width(i) * width(j));
+      rows += fmt::format("{:.17g};{:.17g};{:.17g}", (i + shift) * d, (j + shift) * d, scale * width(i) * width(j));
       int pieces = 0;
       const auto add = [&](double x, double y, const char* face) {
         if (j * n + i == missing) return;
@@ -228,7 +228,6 @@ TEST(CsvWalls, WhatDoesNotFitTheSurfaceIsSaid) {
     expect_refused(csv_case("sph", folder.write("square.csv", square(11, on_walls, 1, -1)), linear_in_x),
                    {"the boundary areas point inwards", "change their signs"});
   }
-  EXPECT_NE(notes(square(11, true)).find("a body of 2 dimensions with a thickness of 1 m"), std::string::npos);
 }
 
 }  // namespace
