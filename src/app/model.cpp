@@ -58,9 +58,10 @@ std::vector<std::string> note_on_absolute_zero(const Cloud& cloud, const Conditi
   const std::vector<Coldest> all = gather(cloud.comm, std::vector<Coldest>{mine});
   const Coldest& coldest = *std::ranges::min_element(all, {}, &Coldest::T);
   if (coldest.T >= 0) return {};
-  return {fmt::format("temperatures of the case go down to {:.6g} K at ({:.6g}, {:.6g}, {:.6g}) m, below absolute zero: "
-                      "right only where nothing but differences of temperature counts",
-                      coldest.T, coldest.x.x, coldest.x.y, coldest.x.z)};
+  return {
+      fmt::format("temperatures of the case go down to {:.6g} K at ({:.6g}, {:.6g}, {:.6g}) m, below absolute zero: "
+                  "right only where nothing but differences of temperature counts",
+                  coldest.T, coldest.x.x, coldest.x.y, coldest.x.z)};
 }
 
 /// Refuses [output] keys that make no sense. `end` of the run, s.
@@ -99,11 +100,11 @@ std::vector<std::string> add_remarks_on_file(const Case& c, Model& m) {
     is_flat = cloud.dimension < 3 && csv.find({"xyz"[cloud.dimension]}) >= 0;
   });
   if (is_flat)
-    m.notes.push_back(
-        cloud.dimension == 2
-            ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m", cloud.cross_section)
-            : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
-                          cloud.cross_section));
+    m.notes.push_back(cloud.dimension == 2
+                          ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m",
+                                        cloud.cross_section)
+                          : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
+                                        cloud.cross_section));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
   return remarks;
@@ -192,11 +193,12 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
         "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]";
     if (!m.system->level_is_fixed()) c.root().refuse("steady", "nothing fixes the level of a steady temperature", cure);
     if (const auto loose = m.system->loose_part(m.T_start))
-      c.root().refuse("steady",
-                      fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
-                                  "{:.6g}) m, which is cut off from the rest",
-                                  loose->x, loose->y, loose->z),
-                      cure);
+      c.root().refuse(
+          "steady",
+          fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
+                      "{:.6g}) m, which is cut off from the rest",
+                      loose->x, loose->y, loose->z),
+          cure);
   }
   return m;
 }

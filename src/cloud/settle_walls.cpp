@@ -157,8 +157,7 @@ void settle_spacings(Cloud& cloud) {
     std::vector<double> spacing(cloud.owned);
     for_each_surface_point(cloud, [&](int i, std::span<const Facet> facets, std::span<const std::int32_t> around) {
       double sum = 0, count = 0;
-      for (const std::int32_t j : around)
-        sum += cloud.spacing[j], ++count;
+      for (const std::int32_t j : around) sum += cloud.spacing[j], ++count;
       const bool is_described = cloud.faces[facets.back().face] != undescribed_face;
       if ((!faces_one_way(facets) || !is_described) && count > 0) spacing[i] = sum / count;
     });

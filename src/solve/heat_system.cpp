@@ -47,8 +47,9 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
   for (const auto& term : discretisation_.walls) terms_.push_back(term.get());
   for (const auto& term : exchange_) terms_.push_back(term.get());
 
-  keeps_range_ = discretisation_.weights_are_positive && sources_.empty() &&
-                 std::ranges::all_of(conditions_.fluxes, [](const auto& term) { return term.flux->draws_to_ambient(); });
+  keeps_range_ =
+      discretisation_.weights_are_positive && sources_.empty() &&
+      std::ranges::all_of(conditions_.fluxes, [](const auto& term) { return term.flux->draws_to_ambient(); });
   std::vector<double> is_known(cloud.local());  // doubles, as the halo carries them
   for (const auto& constraint : discretisation_.constraints) {
     has_massless_points_ = has_massless_points_ || constraint->is_massless();
