@@ -169,7 +169,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                      [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
     } catch (const Error& e) {  // all ranks throw alike
       if (remarks.empty()) throw;
-      throw Error(e.fault(), e.location(), e.problem(), remarks.front() + ", or " + e.cure());
+      throw Error(e.fault(), e.location(), e.problem(), e.cure() + "; " + remarks.front());
     }
   });
   discretisation.weights_are_positive =
