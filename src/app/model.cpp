@@ -101,11 +101,11 @@ std::vector<std::string> add_remarks_on_file(const Case& c, Model& m) {
     is_flat = cloud.dimension < 3 && csv.find({"xyz"[cloud.dimension]}) >= 0;
   });
   if (is_flat)
-    m.notes.push_back(
-        cloud.dimension == 2
-            ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m", cloud.cross_section)
-            : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
-                          cloud.cross_section));
+    m.notes.push_back(cloud.dimension == 2
+                          ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m",
+                                        cloud.cross_section)
+                          : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
+                                        cloud.cross_section));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
   return remarks;
@@ -173,7 +173,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                      [&] { discretisation = method.build(c, *m.cloud, conditions, materials.front(), m.weights); });
     } catch (const Error& e) {  // all ranks throw alike
       if (remarks.empty()) throw;
-      throw Error(e.fault(), e.location(), e.problem(), remarks.front() + ", or " + e.cure());
+      throw Error(e.fault(), e.location(), e.problem(), e.cure() + "; " + remarks.front());
     }
   });
   discretisation.weights_are_positive =

@@ -307,7 +307,8 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
       if (!cloud.walls.empty()) term.x.back()[cloud.facets[n].face / 2] = cloud.walls[cloud.facets[n].face];
     }
   }
-  if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0) refuse_empty(s, cloud.points_on_walls ? "point" : "piece of the surface");
+  if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0)
+    refuse_empty(s, cloud.points_on_walls ? "point" : "piece of the surface");
   return term;
 }
 

@@ -58,27 +58,37 @@ std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
   const std::string by_D = cloud.dimension == 1 ? "" : fmt::format(" / {}", cloud.dimension);
   const double inside = s[0] / cloud.dimension, enclosed = (s[1] + s[2]) / cloud.dimension;
   if (s[1] < 0)
-    throw Error(Fault::bad_case,
-                fmt::format("the boundary areas point inwards: the sum of x.A{} is {:.6g} m^3, the volumes sum up to {:.6g} "
-                            "m^3",
-                            by_D, s[1] / cloud.dimension, inside),
-                "area vectors point out of the body: change their signs");
+    throw Error(
+        Fault::bad_case,
+        fmt::format("the boundary areas point inwards: the sum of x.A{} is {:.6g} m^3, the volumes sum up to {:.6g} "
+                    "m^3",
+                    by_D, s[1] / cloud.dimension, inside),
+        "area vectors point out of the body: change their signs");
   std::vector<std::string> notes;
+  if (const auto found = std::ranges::find(cloud.faces, undescribed_face); found != cloud.faces.end()) {
+    const auto lacking = std::ranges::count(cloud.facets, found - cloud.faces.begin(), &Facet::face);
+    return {
+        fmt::format("{} points lie at walls without a piece of surface, which count as the face '{}', insulated, with "
+                    "areas by estimate: every wall needs its areas, insulated ones too",
+                    total(cloud.comm, static_cast<std::int64_t>(lacking)), undescribed_face)};
+  }
   const double open = norm({s[4], s[5], s[6]});
   if (open > 1e-3 * s[3] || open > 0.25 * s[3] / static_cast<double>(pieces))
-    notes.push_back(fmt::format("the surface does not close: its area vectors sum up to ({:.3g}, {:.3g}, {:.3g}) m^2, "
-                                "which is {:.2g} of all area and {:.2g} of a mean piece, and should vanish: is a piece of "
-                                "surface missing?",
-                                s[4], s[5], s[6], open / s[3], open / s[3] * static_cast<double>(pieces)));
+    notes.push_back(
+        fmt::format("the surface does not close: its area vectors sum up to ({:.3g}, {:.3g}, {:.3g}) m^2, "
+                    "which is {:.2g} of all area and {:.2g} of a mean piece, and should vanish: is a piece of "
+                    "surface missing?",
+                    s[4], s[5], s[6], open / s[3], open / s[3] * static_cast<double>(pieces)));
   constexpr double as_surfaces_of_chords = 0.01;
   if (std::abs(enclosed - inside) > as_surfaces_of_chords * inside)
-    notes.push_back(fmt::format(
-        "the volumes of the points sum up to {:.6g} m^3, but their surface encloses {:.6g} m^3 (sum of x.A{}{}): {:.2g} % "
-        "off. {}",
-        inside, enclosed, by_D, cloud.points_on_walls ? "" : ", and half a cell to the walls",
-        100 * (inside / enclosed - 1),
-        cloud.points_on_walls ? "Points on walls have half cells, those on edges quarters"
-                              : "No points lie on the walls: those beside them have whole cells"));
+    notes.push_back(
+        fmt::format("the volumes of the points sum up to {:.6g} m^3, but their surface encloses {:.6g} m^3 (sum of "
+                    "x.A{}{}): {:.2g} % "
+                    "off. {}",
+                    inside, enclosed, by_D, cloud.points_on_walls ? "" : ", and half a cell to the walls",
+                    100 * (inside / enclosed - 1),
+                    cloud.points_on_walls ? "Points on walls have half cells, those on edges quarters"
+                                          : "No points lie on the walls: those beside them have whole cells"));
   return notes;
 }
 

@@ -135,11 +135,12 @@ void drop_flat_axes(MPI_Comm comm, const std::string& file, Points& out) {
     if (any(comm, std::ranges::any_of(out.points, [&](const Point& p) { return p.x[axis] != 0; }))) return;
     const auto points_out = [&](const SurfacePiece& piece) { return std::abs(piece.normal[axis]) > 1e-9; };
     if (any(comm, std::ranges::any_of(out.facets, points_out)))
-      throw Error(Fault::bad_case, SourceLocation{.file = file},
-                  fmt::format("all points have {} = 0, so this is a body of {} dimension{}, but pieces of surface point "
-                              "along {}",
-                              "xyz"[axis], axis, axis > 1 ? "s" : "", "xyz"[axis]),
-                  axis == 2 ? "remove them: the faces of a plate are 'bottom' and 'top' in [boundary]" : "remove them");
+      throw Error(
+          Fault::bad_case, SourceLocation{.file = file},
+          fmt::format("all points have {} = 0, so this is a body of {} dimension{}, but pieces of surface point "
+                      "along {}",
+                      "xyz"[axis], axis, axis > 1 ? "s" : "", "xyz"[axis]),
+          axis == 2 ? "remove them: the faces of a plate are 'bottom' and 'top' in [boundary]" : "remove them");
     out.dimension = axis;
   }
 }

@@ -76,8 +76,12 @@ Cloud distribute(MPI_Comm comm, Points points, double support);
 /// graded clouds far fewer than within the largest support.
 Cloud distribute(MPI_Comm comm, Points points, const Support& support);
 
+/// The face of walls that a cloud from elsewhere does not describe.
+constexpr const char* undescribed_face = "undescribed";
+
 /// Finds out whether the points of a cloud from elsewhere lie on its walls, and sets what follows from it: spacings and
-/// full cells of the points at the surface. Collective.
+/// full cells of the points at the surface. Where its surface encloses far less than its volumes, walls that no piece
+/// describes get pieces of `undescribed_face`. Collective.
 void settle_walls(Cloud& cloud);
 
 /// What a user should know of the volumes and areas of a cloud from elsewhere: a surface that does not close, volumes

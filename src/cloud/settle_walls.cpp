@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "cloud/cells.hpp"
 #include "cloud/points.hpp"
 #include "cloud/search.hpp"
@@ -76,11 +77,71 @@ bool points_lie_on_walls(const Cloud& cloud) {
   return (2 * by_layers + by_surface) / 3 < 0.5;
 }
 
-}  // namespace
+/// Does the surface enclose far less than the volumes?
+bool lacks_pieces(const Cloud& cloud) {
+  std::vector<double> rows(2 * static_cast<std::size_t>(cloud.owned));
+  const Vec3 origin = cloud.x.empty() ? Vec3{} : cloud.x.front();
+  const Vec3 shift = gather(cloud.comm, std::vector<Vec3>{origin}).front();
+  for (int i = 0; i < cloud.owned; ++i) rows[2 * i] = cloud.dimension * cloud.volume[i];
+  for (const Facet& facet : cloud.facets)
+    rows[2 * facet.point + 1] +=
+        facet.area * (dot(cloud.x[facet.point] - shift, facet.normal) + wall_distance(cloud, facet));
+  const std::vector<double> s = sums(cloud.comm, rows, 2);
+  return s[1] > 0 && s[1] < 0.9 * s[0];
+}
 
-void settle_walls(Cloud& cloud) {
-  if (!cloud.has_areas) return;
-  cloud.points_on_walls = points_lie_on_walls(cloud);
+/// The area vector that the surface of point i lacks: that of the neighbours on one side alone, by weights whose second
+/// moment is that of the point's volume, less what is along the normals of the pieces that it has.
+Vec3 lacking_area(const Cloud& cloud, int i, std::span<const Facet> pieces, std::span<const std::int32_t> around) {
+  double moment = 0;
+  Vec3 sum;
+  for (const std::int32_t j : around) {
+    const Vec3 r = cloud.x[j] - cloud.x[i];
+    const double u = norm(r) / (reach * 0.5 * (cloud.spacing[i] + cloud.spacing[j]));
+    const double weight = std::pow(std::max(0.0, 1 - u * u), 2);
+    moment += weight * dot(r, r);
+    sum += weight * r;
+  }
+  if (moment == 0) return {};
+  Vec3 area = (-2 * cloud.dimension * cloud.volume[i] / moment) * sum;
+  for (const Facet& piece : pieces) area += -dot(area, piece.normal) * piece.normal;
+  constexpr double as_in_disorder = 0.4;  // of a side of the cell
+  return norm(area) > as_in_disorder * cloud.volume[i] / cloud.spacing[i] ? area : Vec3{};
+}
+
+/// Walls that no piece of surface describes become pieces of a face of their own, which nothing heats: without them no
+/// heat would run along their normals. Collective.
+void close_surface(Cloud& cloud) {
+  if (cloud.faces.size() == 32) return;
+  const auto face = static_cast<int>(cloud.faces.size());
+  const Search search(cloud, {std::min(reach, cloud.halo_support.over_spacing), 0});
+  std::vector<std::int32_t> buffer, around;
+  std::vector<Facet> all;
+  auto next = cloud.facets.begin();
+  for (int i = 0; i < cloud.owned; ++i) {
+    const auto begin = next;
+    while (next != cloud.facets.end() && next->point == i) ++next;
+    int coincident = 0;
+    around.clear();
+    for (const std::int32_t position : search.find(cloud.x[i], cloud.metric[i], buffer, coincident))
+      if (const std::int32_t j = search.local(position); j != i) around.push_back(j);
+    all.insert(all.end(), begin, next);
+    const Vec3 area = lacking_area(cloud, i, {begin, next}, around);
+    if (area == Vec3{}) continue;
+    all.push_back({.point = i, .face = face, .area = norm(area), .normal = (1 / norm(area)) * area});
+    cloud.area[i] += area;
+    cloud.on_faces[i] |= std::uint32_t{1} << face;
+  }
+  cloud.facets = std::move(all);
+  cloud.faces.emplace_back(undescribed_face);
+  cloud.halo.update(std::span<Vec3>(cloud.area));
+  std::vector<double> on_faces(cloud.on_faces.begin(), cloud.on_faces.end());
+  cloud.halo.update(std::span<double>(on_faces));
+  for (int j = cloud.owned; j < cloud.local(); ++j) cloud.on_faces[j] = static_cast<std::uint32_t>(on_faces[j]);
+}
+
+/// Spacings and full cells of the points at the surface. Collective.
+void settle_spacings(Cloud& cloud) {
   const auto set_spacing = [&](int i, double d) {
     cloud.spacing[i] = d;
     cloud.metric[i] = {d, d, d};
@@ -96,9 +157,9 @@ void settle_walls(Cloud& cloud) {
     std::vector<double> spacing(cloud.owned);
     for_each_surface_point(cloud, [&](int i, std::span<const Facet> facets, std::span<const std::int32_t> around) {
       double sum = 0, count = 0;
-      for (const std::int32_t j : around)
-        sum += cloud.spacing[j], ++count;
-      if (!faces_one_way(facets) && count > 0) spacing[i] = sum / count;
+      for (const std::int32_t j : around) sum += cloud.spacing[j], ++count;
+      const bool is_described = cloud.faces[facets.back().face] != undescribed_face;
+      if ((!faces_one_way(facets) || !is_described) && count > 0) spacing[i] = sum / count;
     });
     for (int i = 0; i < cloud.owned; ++i) {
       if (spacing[i] == 0) continue;
@@ -109,6 +170,17 @@ void settle_walls(Cloud& cloud) {
   cloud.halo.update(std::span<double>(cloud.full_volume));
   cloud.halo.update(std::span<double>(cloud.spacing));
   cloud.halo.update(std::span<Vec3>(cloud.metric));
+}
+
+}  // namespace
+
+void settle_walls(Cloud& cloud) {
+  if (!cloud.has_areas) return;
+  cloud.points_on_walls = points_lie_on_walls(cloud);
+  settle_spacings(cloud);
+  if (!lacks_pieces(cloud)) return;
+  close_surface(cloud);
+  settle_spacings(cloud);
 }
 
 }  // namespace calor

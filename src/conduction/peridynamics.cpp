@@ -30,8 +30,9 @@ Support horizon_of(const Table& options, bool lattice_in_cells) {
   const auto& [value, unit] = given.front();
   if (unit.empty()) {
     if (!(value >= 1 && value <= 30))
-      options.refuse("horizon", fmt::format("a horizon of {:g} spacings does not lie between 1 and 30", value),
-                     "take 3.015 on lattices of cells without heat fluxes on walls, 2 on other clouds; a length needs its unit");
+      options.refuse(
+          "horizon", fmt::format("a horizon of {:g} spacings does not lie between 1 and 30", value),
+          "take 3.015 on lattices of cells without heat fluxes on walls, 2 on other clouds; a length needs its unit");
     return value;
   }
   const double length = options.in_si("horizon", given.front(), "m", "length",
@@ -61,9 +62,10 @@ Support support_of(const Case& c) { return options_of(c.section("peridynamics"),
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table table = c.section("peridynamics");
-  const bool has_fluxes =
-      any(cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
-  const Peridynamics options = options_of(table, cloud.lattice && !cloud.points_on_walls && (!has_fluxes || is_paper(table)));
+  const bool has_fluxes = any(
+      cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
+  const Peridynamics options =
+      options_of(table, cloud.lattice && !cloud.points_on_walls && (!has_fluxes || is_paper(table)));
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");

@@ -43,6 +43,7 @@ void Balance::add_materials() {
 }
 
 void Balance::add_sections() {
+  const Cloud& cloud = system_.cloud();
   const Conditions& conditions = system_.conditions();
   for (int account = 0; account < system_.boundary_accounts(); ++account) {
     Zone zone{.name = accounts()[account]};
@@ -50,10 +51,17 @@ void Balance::add_sections() {
       if (term.account != account) continue;
       zone.point = term.point;
       for (const Vec3& area : term.area) zone.weight.push_back(norm(area));
+      for (const int facet : term.facet) {
+        zone.point.push_back(cloud.owned + facet);
+        zone.weight.push_back(cloud.facets[facet].area);
+      }
     }
     for (const SurfaceTerm& term : conditions.fluxes) {
       if (term.account != account || (!zone.point.empty() && !term.is_plate)) continue;
-      zone.point.insert(zone.point.end(), term.point.begin(), term.point.end());
+      if (term.is_plate)
+        zone.point.insert(zone.point.end(), term.point.begin(), term.point.end());
+      else
+        for (const int facet : term.facet) zone.point.push_back(cloud.owned + facet);
       zone.weight.insert(zone.weight.end(), term.area.begin(), term.area.end());
     }
     if (std::ranges::find(zones_, zone.name, &Zone::name) != zones_.end()) zone.name = "face " + zone.name;
@@ -69,10 +77,10 @@ void Balance::add_faces() {
     const bool is_section = std::ranges::count(accounts(), zone.name) > 0;
     if (is_taken() && is_section) continue;
     if (is_taken()) zone.name = "face " + zone.name;
-    for (const Facet& facet : cloud.facets) {
-      if (facet.face != static_cast<int>(face)) continue;
-      zone.point.push_back(facet.point);
-      zone.weight.push_back(facet.area);
+    for (std::size_t n = 0; n < cloud.facets.size(); ++n) {
+      if (cloud.facets[n].face != static_cast<int>(face)) continue;
+      zone.point.push_back(cloud.owned + static_cast<int>(n));
+      zone.weight.push_back(cloud.facets[n].area);
     }
     keep(std::move(zone));
   }
@@ -81,6 +89,14 @@ void Balance::add_faces() {
 std::vector<double> Balance::heat_flows(double t, std::span<const double> u) const {
   std::vector<double> own(u.begin(), u.end());
   return system_.heat_flows(t, own);
+}
+
+std::vector<double> Balance::temperatures(double t, std::span<const double> u) const {
+  std::vector<double> own(u.begin(), u.end());
+  std::vector<double> T = system_.temperatures(own);
+  const std::vector<double> walls = system_.wall_temperatures(t, own);
+  T.insert(T.end(), walls.begin(), walls.end());
+  return T;
 }
 
 Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) const {
@@ -134,8 +150,9 @@ class BalanceLog : public Observer {
  private:
   std::vector<double> values(const Moment& m) const {
     std::vector<double> row = balance_.heat_flows(m.state().t, m.state().T);
+    const std::vector<double> T = balance_.temperatures(m.state().t, m.state().T);
     for (const Balance::Zone& zone : balance_.zones()) {
-      const auto [mean, minimum, maximum] = balance_.summary(zone, m.temperatures());
+      const auto [mean, minimum, maximum] = balance_.summary(zone, T);
       row.insert(row.end(), {mean, minimum, maximum});
     }
     return row;

@@ -15,7 +15,7 @@ class Balance {
   /// Points of a material, weighted by their volume, or of a face, weighted by their area on it.
   struct Zone {
     std::string name;
-    std::vector<int> point = {};      ///< owned
+    std::vector<int> point = {};      ///< index into Balance::temperatures
     std::vector<double> weight = {};  ///< m^3 or m^2
   };
   /// Temperatures of a zone, K.
@@ -32,7 +32,9 @@ class Balance {
   const std::vector<Zone>& zones() const { return zones_; }
   /// Heat flow into the body by every account, W; `u`: see State::T. Collective.
   std::vector<double> heat_flows(double t, std::span<const double> u) const;
-  /// `T`: of the owned points, K. Collective.
+  /// Of the owned points, then of the walls at the facets of this rank, K; `u`: see State::T. Collective.
+  std::vector<double> temperatures(double t, std::span<const double> u) const;
+  /// `T`: see temperatures. Collective.
   Summary summary(const Zone& zone, std::span<const double> T) const;
 
  private:

@@ -218,7 +218,8 @@ double Expectations::Impl::of_body(const Comparison& e, const State& state, std:
   }
   if (is_summary(*e.quantity)) {
     const auto [mean, minimum, maximum] =
-        balance->summary(*std::ranges::find(balance->zones(), e.table.text(name), &Balance::Zone::name), T);
+        balance->summary(*std::ranges::find(balance->zones(), e.table.text(name), &Balance::Zone::name),
+                         balance->temperatures(state.t, state.T));
     return name == "mean" ? mean : name == "minimum" ? minimum : maximum;
   }
   return std::ranges::find(weld->extents(), e.table.text("extent"), &Extent::name)->of_temperatures(state.T).length();

@@ -34,7 +34,11 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       role_(cloud.owned, Role::free) {
   for (const SurfaceTerm& term : conditions_.fluxes)
     if (term.is_plate || cloud.points_on_walls) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
-  if (!cloud.points_on_walls) exchange_.push_back(std::make_unique<WallFluxes>(cloud, conditions_.fluxes));
+  if (!cloud.points_on_walls) {
+    auto walls = std::make_unique<WallFluxes>(cloud, conditions_.fluxes);
+    wall_fluxes_ = walls.get();
+    exchange_.push_back(std::move(walls));
+  }
   for (const auto& source : sources_) {
     exchange_.push_back(std::make_unique<SourceTerm>(*source, static_cast<int>(accounts_.size())));
     accounts_.push_back(source->name);
@@ -90,6 +94,24 @@ void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::s
   if (!has_massless_points_) return;
   for (int i = 0; i < cloud_.owned; ++i)
     if (role_[i] == Role::massless) F[i] = 0;
+}
+
+std::vector<double> HeatSystem::wall_temperatures(double t, std::span<double> u) {
+  cloud_.halo.update(u);
+  at_.begin(t, u);
+  std::vector<double> T_wall;
+  collective_try(cloud_.comm, [&] {
+    const std::span<const double> T = at_.T();
+    for (const Facet& facet : cloud_.facets) T_wall.push_back(T[facet.point]);
+    if (wall_fluxes_) wall_fluxes_->wall_temperatures(at_, T_wall);
+    for (const PrescribedTerm& term : conditions_.temperatures) {
+      if (term.facet.empty()) continue;
+      std::vector<double> held(term.x.size());
+      term.temperature.evaluate({.x = term.x, .t = t}, held);
+      for (std::size_t n = 0; n < held.size(); ++n) T_wall[term.facet[n]] = held[n];
+    }
+  });
+  return T_wall;
 }
 
 std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {

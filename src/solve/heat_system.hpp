@@ -17,6 +17,8 @@
 
 namespace calor {
 
+class WallFluxes;
+
 /// What a run carries from step to step; everything else can be computed from it.
 struct State {
   double t = 0;
@@ -57,6 +59,10 @@ class HeatSystem {
   /// their reaction; 0 at points that hold no heat); power[a] = this rank's share by account a, W, without reactions.
   /// Updates the ghosts of u. Collective; throws Error on all ranks alike.
   void rate(double t, std::span<double> u, std::span<double> F, std::span<double> power);
+
+  /// Temperatures of Cloud::facets, K: of their points, or off the walls those of the wall, which follow from its heat.
+  /// Updates the ghosts of u. Collective.
+  std::vector<double> wall_temperatures(double t, std::span<double> u);
 
   /// Heat flow into the body by every account, W, with what prescribed temperatures take to hold. Updates the ghosts of
   /// u. Collective.
@@ -175,6 +181,7 @@ class HeatSystem {
   std::vector<std::unique_ptr<Source>> sources_;
   Discretisation discretisation_;
   std::vector<std::unique_ptr<HeatTerm>> exchange_;  ///< surface fluxes, sources
+  WallFluxes* wall_fluxes_ = nullptr;  ///< one of these, on clouds without points on the walls
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
   Evaluation at_;
   std::vector<std::string> accounts_;

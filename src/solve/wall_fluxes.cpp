@@ -75,8 +75,7 @@ void WallFluxes::bound_by_ambients(double t) {
   for (const Flux& flux : fluxes_) {
     const SurfaceFlux& law = *flux.term->flux;
     if (!law.depends_on_temperature() || flux.wall.empty()) continue;
-    const std::vector<double> ambient =
-        law.draws_to_ambient() ? law.ambient(flux.term->x, t) : std::vector<double>();
+    const std::vector<double> ambient = law.draws_to_ambient() ? law.ambient(flux.term->x, t) : std::vector<double>();
     for (std::size_t p = 0; p < flux.wall.size(); ++p) {
       Wall& wall = walls_[flux.wall[p]];
       wall.low = std::min(wall.low, ambient.empty() ? -infinite : ambient[p]);

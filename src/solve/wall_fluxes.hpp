@@ -34,10 +34,10 @@ class WallFluxes final : public HeatTerm {
     int facet, point;
     double area_over_depth;
     // At the state that was solved last:
-    double G, T_point, T;      ///< conductance of the layer; temperatures of point and wall
-    double given, Q, slope;    ///< heat that does not depend on T; all heat, and its derivative by T
-    double low, high, step;    ///< between which T lies; the last step towards it
-    bool is_open;              ///< still sought
+    double G, T_point, T;    ///< conductance of the layer; temperatures of point and wall
+    double given, Q, slope;  ///< heat that does not depend on T; all heat, and its derivative by T
+    double low, high, step;  ///< between which T lies; the last step towards it
+    bool is_open;            ///< still sought
   };
   struct Flux {
     const SurfaceTerm* term;

@@ -46,8 +46,8 @@ TEST(CsvCloud, ReadsPointsInTheUnitsOfTheHeader) {
 
 TEST(CsvCloud, TakesTheSpacingFromTheVolume) {
   EXPECT_NEAR(read("x [m],volume [m^3]\n0,0.06\n", 0.1).points[0].spacing, 0.6, 1e-15);
-  EXPECT_NEAR(read("x [m],y [m],volume [m^3]\n0,0,0.09\n", 0.25).points[0].spacing, 0.6, 1e-15);
-  EXPECT_NEAR(read("x [m],y [m],z [m],volume [m^3]\n0,0,0,0.216\n").points[0].spacing, 0.6, 1e-15);
+  EXPECT_NEAR(read("x [m],y [m],volume [m^3]\n0,1,0.09\n", 0.25).points[0].spacing, 0.6, 1e-15);
+  EXPECT_NEAR(read("x [m],y [m],z [m],volume [m^3]\n0,0,1,0.216\n").points[0].spacing, 0.6, 1e-15);
 }
 
 TEST(CsvCloud, ReadsPiecesOfSurfaceWithTheirFaces) {

@@ -14,7 +14,7 @@ constexpr double sigma = 5.670374419e-8;  // W/(m^2 K^4)
 
 /// Cells of a bar, 2 m long, k = 3 W/(m K); `tail`: its conditions.
 std::string bar(const std::string& method, int cells, const std::string& tail) {
-  return box_case({"\"2 m\""}, {cells}, method) + "at = \"cells\"\n" + simple_material({.k = "3"}) + tail + "[steady]\n";
+  return box_case({"2 m"}, {cells}, method) + "at = \"cells\"\n" + simple_material({.k = "3"}) + tail + "[steady]\n";
 }
 
 /// Largest difference between the temperatures of the owned points and f.
@@ -40,9 +40,10 @@ convection = { h = "20 W/(m^2 K)", ambient = "300 K" }
 }
 
 TEST_P(WallsOffPoints, SeveralFluxesOnOneWallSeeItsTemperature) {
-  // At xmin convection, radiation and a flux; T at xmax fixes the heat: with the wall at 500 K,
-  const double T_wall = 500, q = 7 * (600 - T_wall) + 0.8 * sigma * (std::pow(700, 4) - std::pow(T_wall, 4)) + 50;
-  const CaseModel m(bar(GetParam(), 6, fmt::format(R"toml(
+  // At xmin convection, radiation and a flux; T at xmax fixes the heat: with the wall at 680 K,
+  const double T_wall = 680, q = 7 * (600 - T_wall) + 0.8 * sigma * (std::pow(700, 4) - std::pow(T_wall, 4)) + 50;
+  const CaseModel m(bar(GetParam(), 6,
+                        fmt::format(R"toml(
 [boundary.xmin]
 convection = {{ h = "7 W/(m^2 K)", ambient = "600 K" }}
 radiation = {{ emissivity = 0.8, ambient = "700 K" }}
@@ -52,13 +53,13 @@ flux = "50 W/m^2"
 [boundary.xmax]
 temperature = "{:.17g} K"
 )toml",
-                                                   T_wall - q / 3 * 2)));
+                                    T_wall - q / 3 * 2)));
   EXPECT_LT(largest_error(m, m.steady(), [&](const Vec3& x) { return T_wall - q / 3 * x.x; }), 1e-7);
 }
 
 TEST_P(WallsOffPoints, LinearTemperaturesStayExactOnJitteredCells) {
   // T = 300 + 10 x + 20 y with convection from ambients that suit it.
-  const CaseModel m(box_case({"\"1 m\"", "\"1 m\""}, {8, 9}, GetParam()) + "at = \"cells\"\njitter = 0.3\n" +
+  const CaseModel m(box_case({"1 m", "1 m"}, {8, 9}, GetParam()) + "at = \"cells\"\njitter = 0.3\n" +
                     simple_material({.k = "2"}) + R"toml(
 [boundary.xmin]
 convection = { h = "4 W/(m^2 K)", ambient = { formula = "300 + 20*y - 2*10/4", unit = "K" } }
@@ -81,7 +82,8 @@ TEST_P(WallsOffPoints, TransientsAreOfSecondOrder) {
     double T = 400;
     for (int n = 0; n < 12; ++n) {
       double low = n * M_PI, high = low + M_PI / 2 - 1e-12;
-      for (int k = 0; k < 200; ++k) (0.5 * (low + high) * std::tan(0.5 * (low + high)) < Bi ? low : high) = 0.5 * (low + high);
+      for (int k = 0; k < 200; ++k)
+        (0.5 * (low + high) * std::tan(0.5 * (low + high)) < Bi ? low : high) = 0.5 * (low + high);
       T -= 100 * 4 * std::sin(low) / (2 * low + std::sin(2 * low)) * std::cos(low * x) * std::exp(-low * low * Fo);
     }
     return T;
@@ -89,8 +91,9 @@ TEST_P(WallsOffPoints, TransientsAreOfSecondOrder) {
   std::vector<double> error;
   for (const int cells : {16, 32}) {
     const TemporaryFolder folder;
-    run_into(folder.path(), box_case({"\"1 m\""}, {cells}, GetParam()) + "at = \"cells\"\n" +
-                                simple_material({.k = "1", .rho = "1", .c = "1"}) + fmt::format(R"toml(
+    run_into(folder.path(), box_case({"1 m"}, {cells}, GetParam()) + "at = \"cells\"\n" +
+                                simple_material({.k = "1", .rho = "1", .c = "1"}) +
+                                fmt::format(R"toml(
 [boundary.xmax]
 convection = {{ h = "5 W/(m^2 K)", ambient = "400 K" }}
 [initial]
@@ -106,7 +109,7 @@ samples = 1
 middle = "0.5 m"
 wall = "1 m"
 )toml",
-                                                                                               Fo));
+                                            Fo));
     const std::string log = read_file(folder / "probes.csv");
     double t = 0, middle = 0, wall = 0;
     std::sscanf(log.substr(log.rfind('\n', log.size() - 2) + 1).c_str(), "%lf,%lf,%lf", &t, &middle, &wall);
@@ -116,7 +119,7 @@ wall = "1 m"
 }
 
 TEST_P(WallsOffPoints, HaveAnExactJacobian) {
-  const CaseModel m(box_case({"\"1 m\"", "\"1 m\""}, {4, 4}, GetParam()) + "at = \"cells\"\n" +
+  const CaseModel m(box_case({"1 m", "1 m"}, {4, 4}, GetParam()) + "at = \"cells\"\n" +
                     simple_material({.k = "1 + 0.01*T", .rho = "1", .c = "1"}) + R"toml(
 [boundary.all]
 on = ["xmin", "ymax"]
@@ -152,14 +155,13 @@ INSTANTIATE_TEST_SUITE_P(Methods, WallsOffPoints, testing::Values("sph", "peridy
 
 /// A square of 1 m, n x n points with pieces of surface on all sides; volumes times `scale`.
 std::string square(int n, bool on_walls, double scale = 1, double sign = 1, int missing = -1) {
-  std::string rows =
-      "x [m];y [m];z [m];volume [m^3];area_x [m^2];area_y [m^2];face;area2_x [m^2];area2_y [m^2];face2\n";
+  std::string rows = "x [m];y [m];volume [m^3];area_x [m^2];area_y [m^2];face;area2_x [m^2];area2_y [m^2];face2\n";
   const double d = 1.0 / (on_walls ? n - 1 : n);
   const auto width = [&](int a) { return on_walls && (a == 0 || a == n - 1) ? 0.5 * d : d; };
   for (int j = 0; j < n; ++j) {
     for (int i = 0; i < n; ++i) {
       const double shift = on_walls ? 0 : 0.5;
-      rows += fmt::format("{:.17g};{:.17g};0;{:.17g}", (i + shift) * d, (j + shift) * d, scale * width(i) * width(j));
+      rows += fmt::format("{:.17g};{:.17g};{:.17g}", (i + shift) * d, (j + shift) * d, scale * width(i) * width(j));
       int pieces = 0;
       const auto add = [&](double x, double y, const char* face) {
         if (j * n + i == missing) return;
@@ -222,13 +224,13 @@ TEST(CsvWalls, WhatDoesNotFitTheSurfaceIsSaid) {
   };
   for (const bool on_walls : {false, true}) {
     EXPECT_EQ(notes(square(11, on_walls)).find("surface"), std::string::npos);
-    EXPECT_NE(notes(square(11, on_walls, 1.03)).find("the volumes of the points sum up to 1.03 m^3"), std::string::npos);
+    EXPECT_NE(notes(square(11, on_walls, 1.03)).find("the volumes of the points sum up to 1.03 m^3"),
+              std::string::npos);
     EXPECT_NE(notes(square(11, on_walls, 1, 1, 55)).find("the surface does not close"), std::string::npos);
     const TemporaryFolder folder;
     expect_refused(csv_case("sph", folder.write("square.csv", square(11, on_walls, 1, -1)), linear_in_x),
                    {"the boundary areas point inwards", "change their signs"});
   }
-  EXPECT_NE(notes(square(11, true)).find("a body of 2 dimensions with a thickness of 1 m"), std::string::npos);
 }
 
 }  // namespace
