@@ -1,7 +1,7 @@
 #pragma once
 // CSV files, row by row. The first line is the header, `t [s],x [m],T [K]`: name and unit of every column, no unit
-// where the column has no dimension. Cells are separated by commas; by semicolons or tabs where the header has these and
-// no comma. Empty lines and lines that start with # are skipped.
+// where the column has no dimension. Cells are separated by commas; by semicolons or tabs where the header has these
+// and no comma. Empty lines and lines that start with # are skipped.
 #include <cstdint>
 #include <fstream>
 #include <string>

@@ -45,8 +45,8 @@ struct SurfaceTerm {
 };
 
 /// Prescribed temperature on points of this rank. Where several meet, each carries its share of the mean. On a cloud
-/// without points on its walls no point takes it: the facets' walls do, by mirror images beyond them or by the heat that
-/// the layer between wall and point conducts.
+/// without points on its walls no point takes it: the facets' walls do, by mirror images beyond them or by the heat
+/// that the layer between wall and point conducts.
 struct PrescribedTerm {
   std::string name;
   int account;

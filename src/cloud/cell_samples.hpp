@@ -19,8 +19,8 @@ struct CellSamples {
   std::vector<double> weight;
 };
 
-/// Distance of a facet from its point, m: 0 on clouds with points on the walls. In boxes the plane of the wall is known;
-/// elsewhere the wall lies half a cell away.
+/// Distance of a facet from its point, m: 0 on clouds with points on the walls. In boxes the plane of the wall is
+/// known; elsewhere the wall lies half a cell away.
 double wall_distance(const Cloud& cloud, const Facet& facet);
 
 /// Makes the samples of a cloud's cells. On an unjittered lattice they are the middles of equal boxes that fill the

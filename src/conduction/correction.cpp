@@ -23,8 +23,8 @@ constexpr double floor_of_clip = 0.02;
 /// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
 /// little. On jittered squares of 161 points an edge 5, 10, 15 leave errors of 4.4e-7, 3.7e-7, 3.6e-7 (SPH) and 1.0e-6,
 /// 7.0e-7, 6.0e-7 (peridynamics); the time for the weights grows by a half from 5 to 10.
-/// On lattices, whose volumes are cells, more than 5 do harm.
-constexpr int fits_on_lattices = 5, fits_on_irregular_points = 10;
+/// More than 5 do harm where volumes are those of cells, or areas are estimates.
+constexpr int fits_to_cells = 5, fits_on_irregular_points = 10;
 
 /// Axis of every face of a box: "xmin", "xmax", "ymin", ...
 std::vector<int> axes_of_faces(const Cloud& cloud) {
@@ -249,7 +249,7 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   std::vector<double> g = base_weights();
   if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
   scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
-  const int fits = cloud.lattice ? fits_on_lattices : fits_on_irregular_points;
+  const int fits = cloud.lattice || !cloud.points_on_walls ? fits_to_cells : fits_on_irregular_points;
   for (int fit = 1; fit <= fits; ++fit) {
     report.moment_iterations += fit_second_moments(cloud, neighbours, g);
     if (fit == fits) break;

@@ -5,8 +5,8 @@
 #include <numeric>
 #include <vector>
 
-#include "cloud/cell_samples.hpp"
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/linear_algebra.hpp"
 

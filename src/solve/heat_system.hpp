@@ -181,7 +181,7 @@ class HeatSystem {
   std::vector<std::unique_ptr<Source>> sources_;
   Discretisation discretisation_;
   std::vector<std::unique_ptr<HeatTerm>> exchange_;  ///< surface fluxes, sources
-  WallFluxes* wall_fluxes_ = nullptr;  ///< one of these, on clouds without points on the walls
+  WallFluxes* wall_fluxes_ = nullptr;                ///< one of these, on clouds without points on the walls
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
   Evaluation at_;
   std::vector<std::string> accounts_;
