@@ -67,7 +67,7 @@ def main():
                         continue
                     error = max(abs(a - b) for a, b in zip(base, got)) / 100
                     # A shift costs the digits of the coordinates: eps times it over the spacing.
-                    allowed = 1e-10 + 100 * EPS * pose.shift / 0.1
+                    allowed = 3e-10 + 100 * EPS * pose.shift / 0.1
                     off.append((error, pose.name))
                     if not error <= allowed:
                         failed += 1
