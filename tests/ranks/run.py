@@ -27,7 +27,8 @@ LONG = ["dan/W?D*/mlpg*", "dan/W3D/peridynamics", "dan/circles*", "dan/convectio
         "start/jittered/mlpg-81", "start/weld*", "wang/fig*/*"]
 # What is nothing but round-off, or says how it was computed (a face between two ranks counts on both: "neighbours" of mlpg).
 NOISE = {"ranks", "neighbours", "memory_bytes", "residual", "imbalance", "weight_residual", "energy_imbalance", "area_sum", "moment_sum",
-         "volume_error", "linear_iterations", "face_iterations", "source_error", "average_temperature_error"}
+         "volume_error", "newton_iterations", "linear_iterations",
+         "face_iterations", "source_error", "average_temperature_error"}
 
 
 def variants(case):
@@ -93,7 +94,9 @@ def differences(one, several):
     for name, value in left["numbers"].items():
         other = right["numbers"].get(name, math.nan)
         tolerance = STEP_TOLERANCE if name in ("largest_step", "smallest_step") else TOLERANCE
-        if name not in NOISE and not abs(value - other) <= tolerance * max(abs(value), 1e-12):
+        # What flows through both walls of a body at rest, or the mean of odd temperatures, is nothing but round-off.
+        least = 1e-3 if name.startswith(("heat_flow.", "mean.")) else 1e-12
+        if name not in NOISE and not abs(value - other) <= tolerance * max(abs(value), least):
             yield f"report, {name}: {value} and {other}"
     if left["passed"] != right["passed"]:
         yield f"report: passed {left['passed']} and {right['passed']}"
