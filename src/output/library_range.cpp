@@ -43,7 +43,7 @@ class LibraryRange : public Observer {
   void finish(const Moment&, RunResult&) override {
     for (const Watched& w : watched_) {
       const double low = min(comm_, w.low), high = max(comm_, w.high);
-      const LibraryMaterial& l = *w.library;
+      const LibraryMaterial& l = *w.material;
       const double far = 0.5 * (l.high - l.low);
       if ((low < l.low - far || high > l.high + far) && rank_of(comm_) == 0)
         spdlog::warn(
@@ -55,7 +55,7 @@ class LibraryRange : public Observer {
 
  private:
   struct Watched {
-    const LibraryMaterial* library;
+    const LibraryMaterial* material;
     std::vector<double> share;  ///< of the owned points' volume
     double low = std::numeric_limits<double>::infinity(), high = -low;
   };
