@@ -11,7 +11,6 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "conduction/correction.hpp"
 
 namespace calor {
 

@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-
 #include "conduction/constraint.hpp"
 #include "conduction/wall_terms.hpp"
 
@@ -39,11 +38,12 @@ std::optional<std::string> note_of_jumps(const Cloud& cloud, const Conduction& c
   T_local.resize(cloud.local());
   cloud.halo.update(T_local);
   std::vector<int> part;
+  std::vector<PlacesOfPart> shares;
   collective_try(cloud.comm, [&] {
     material.conductivity(0, T_local, k, {});
     part = material.parts().at(cloud.x, cloud.tag);
+    shares = material.parts().shares(cloud.x, cloud.tag, cloud.spacing);
   });
-  const auto shares = material.parts().shares(cloud.x, cloud.tag, cloud.spacing);
   std::vector<char> meet(cloud.local(), 0);  // parts
   for (const PlacesOfPart& p : shares)
     for (std::size_t n = 0; n < p.place.size(); ++n) meet[p.place[n]] |= p.share[n] < 1;
@@ -59,14 +59,13 @@ std::optional<std::string> note_of_jumps(const Cloud& cloud, const Conduction& c
   }
   const double everywhere = max(cloud.comm, largest);
   if (!(everywhere > smooth)) return std::nullopt;
-  const Vec3 x = where >= 0 && largest == everywhere ? cloud.x[where] : Vec3{};
-  const bool mine = where >= 0 && largest == everywhere;
-  const auto found = gather(cloud.comm, mine ? std::vector{x} : std::vector<Vec3>{});
+  std::vector<Vec3> found;
+  if (where >= 0 && largest == everywhere) found.push_back(cloud.x[where]);
+  found = gather(cloud.comm, found);
   return fmt::format(
       "the conductivity of one part changes by a factor of {:.3g} between neighbours at ({:.6g}, {:.6g}, {:.6g}) m: "
-      "where it "
-      "jumps, say so by [[body.region]] or [[body.layer]], so that the interface lies where it is; where it is steep, "
-      "take more points",
+      "where it jumps, say so by [[body.region]] or [[body.layer]], so that the interface lies where it is; where it "
+      "is steep, take more points",
       everywhere, found[0].x, found[0].y, found[0].z);
 }
 

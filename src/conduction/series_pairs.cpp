@@ -129,18 +129,22 @@ class SeriesPairs::Builder {
             .end = 0,
             .one_part = false};
   }
-  Pair& add(Pair p) {
+  std::size_t add(Pair p) {
     p.end = static_cast<std::int32_t>(out_.pieces_.size());
-    return out_.pairs_.emplace_back(p);
+    out_.pairs_.push_back(p);
+    return out_.pairs_.size() - 1;
+  }
+
+  void set_one_part(const Candidate& c, int part, Pair& p) {
+    p.one_part = true;
+    out_.pieces_.push_back({end_at(c.a, part), 0.5});
+    out_.pieces_.push_back({end_at(c.b, part), 0.5});
   }
 
   std::size_t along_interface(const Candidate& c, int part, double G) {
     Pair p = start_pair(c, G);
-    p.one_part = true;
-    out_.pieces_.push_back({end_at(c.a, part), 0.5});
-    out_.pieces_.push_back({end_at(c.b, part), 0.5});
-    add(p);
-    return out_.pairs_.size() - 1;
+    set_one_part(c, part, p);
+    return add(p);
   }
 
   std::size_t across(const Candidate& c, const Parts::Segment& segment, std::span<const SegmentPiece> run, double G) {
@@ -153,10 +157,8 @@ class SeriesPairs::Builder {
       if (run[n].end - begin > shortest_piece) kept.push_back(run[n]);
       begin = run[n].end;
     }
-    p.one_part = kept.size() == 1;
-    if (p.one_part) {
-      out_.pieces_.push_back({end_at(c.a, kept[0].part), 0.5});
-      out_.pieces_.push_back({end_at(c.b, kept[0].part), 0.5});
+    if (kept.size() == 1) {
+      set_one_part(c, kept[0].part, p);
     } else {
       begin = 0;
       for (std::size_t n = 0; n < kept.size(); ++n) {
@@ -168,8 +170,7 @@ class SeriesPairs::Builder {
         begin = kept[n].end;
       }
     }
-    add(p);
-    return out_.pairs_.size() - 1;
+    return add(p);
   }
 
   void add_contact(Pair& p, const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c) {
