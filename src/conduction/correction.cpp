@@ -206,12 +206,14 @@ void require_sound(const CorrectionReport& done) {
   constexpr double largest_moment_error = 0.3, largest_change = 10, largest_negative_share = 0.1;
   const bool unlike = done.moment_error > largest_moment_error && done.change > largest_change;
   if (!unlike && done.negative_share <= largest_negative_share) return;
-  throw Error(Fault::bad_case,
-              fmt::format("no good weights of pairs for this cloud: along an axis they conduct {:.2g} of the "
-                          "conductivity more or less, as a root mean square over the points (at most {:g} is taken), "
-                          "and a share of {:.2g} of them is negative (at most {:g})",
-                          done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
-              "use points that lie in lines (no jitter) or spacings that are more alike, or method = \"mlpg\"");
+  throw Error(
+      Fault::bad_case,
+      fmt::format("no good weights of pairs for this cloud: along an axis they conduct {:.2g} of the "
+                  "conductivity more or less, as a root mean square over the points (at most {:g} is taken), "
+                  "and a share of {:.2g} of them is negative (at most {:g})",
+                  done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
+      "use points that lie in lines (no jitter) or spacings that are more alike; method = \"mlpg\" needs no such "
+      "weights in a body of one part without cracks");
 }
 
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,

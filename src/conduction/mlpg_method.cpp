@@ -1,0 +1,275 @@
+// The method as a case file asks for it: its keys, what it refuses, and the discretisation it builds.
+#include "conduction/mlpg.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "cloud/cracks.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/constraint.hpp"
+#include "conduction/cracked_pairs.hpp"
+#include "conduction/mlpg_stability.hpp"
+#include "conduction/sph.hpp"
+
+namespace calor {
+
+namespace {
+
+MlpgOptions options_of(const Table& table, int dimension, bool regular) {
+  MlpgOptions o = MlpgOptions::defaults(dimension, regular, table.text("basis") == "quadratic" ? 2 : 1);
+  if (table.has("support") && table.has("neighbours"))
+    table.refuse("neighbours", "the supports are given twice, by spacings and by neighbours", "keep one of them");
+  if (table.has("support")) o.support.spacings = table.number("support");
+  if (!(o.support.spacings >= 1.1 && o.support.spacings <= 5))
+    table.refuse("support", fmt::format("support = {:g}: it must lie between 1.1 and 5 spacings", o.support.spacings),
+                 "take 2.3 in two dimensions, 1.6 in three, 1.8 on irregular clouds");
+  if (table.has("neighbours")) {
+    o.support.neighbours = static_cast<int>(table.integer("neighbours"));
+    if (o.support.neighbours < o.mls.terms() || o.support.neighbours > 200)
+      table.refuse("neighbours",
+                   fmt::format("neighbours = {}: a {} basis in {} dimensions needs {} to 200", o.support.neighbours,
+                               table.text("basis"), dimension, o.mls.terms()),
+                   "take 14 in two dimensions, 25 in three");
+  }
+  if (table.text("weight") == "wendland") o.mls.weight = MlsWeight::wendland;
+  if (table.text("subdomain") == "sphere") o.subdomain = MlpgSubdomain::sphere, o.flux = MlpgFlux::parameters;
+  if (table.has("flux")) o.flux = table.text("flux") == "parameters" ? MlpgFlux::parameters : MlpgFlux::edge_stabilised;
+  if (table.has("capacity"))
+    o.capacity = table.text("capacity") == "consistent" ? MlpgCapacity::consistent : MlpgCapacity::one_point;
+  if (table.text("prescribed") == "penalty") o.prescribed = MlpgPrescribed::penalty;
+  o.radius = table.number("radius");
+  return o;
+}
+
+void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptions& o) {
+  const Table body = c.section("cloud");
+  if (!cloud.points_on_walls && !cloud.walls.empty())
+    body.refuse(body.has("at") ? "at" : "", "mlpg needs points on the walls, and the cloud has none",
+                "use at = \"walls\"");
+  if (!cloud.has_areas)
+    body.refuse("", "mlpg needs to know the surface of the body, but the cloud has no boundary areas",
+                "give the columns area_x, area_y, area_z of the boundary points in the cloud's file");
+  const Table table = c.section("mlpg");
+  const bool values = o.flux == MlpgFlux::edge_stabilised;
+  if (values && o.subdomain == MlpgSubdomain::sphere)
+    table.refuse("flux", "the edge-stabilised flux goes through the face between two points; spheres have none",
+                 "take flux = \"parameters\", or subdomain = \"tiles\"");
+  if (values && table.has("capacity") && o.capacity == MlpgCapacity::consistent)
+    table.refuse("capacity", "with flux = \"edge-stabilised\" every point holds the heat of its cell by itself",
+                 "leave capacity out, or take flux = \"parameters\"");
+  if (values && o.prescribed == MlpgPrescribed::penalty)
+    table.refuse("prescribed",
+                 "with flux = \"edge-stabilised\" the temperatures of the points are the unknowns themselves",
+                 "leave prescribed out, or take flux = \"parameters\"");
+  if (o.subdomain == MlpgSubdomain::sphere && !(o.radius > 0.05 && o.radius < 1))
+    table.refuse("radius", fmt::format("radius = {:g}: it must lie between 0.05 and 1 spacing", o.radius), "take 0.7");
+}
+
+Support support_of(const Case& c) {
+  // Before there is a cloud: what any cloud may need. Values out of range are refused when the scheme is built.
+  const Table table = c.section("mlpg");
+  MlpgOptions o;
+  if (table.has("support")) o.support.spacings = std::clamp(table.number("support"), 1.0, 5.0);
+  if (table.has("neighbours"))
+    o.support.neighbours = static_cast<int>(std::clamp(table.integer("neighbours"), 1l, 200l));
+  return mlpg_support(o);
+}
+
+/// An unjittered lattice of one spacing along every axis.
+bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded(); }
+
+/// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
+std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
+                                         const FaceConduction& conduction, bool transient, MethodReport& report) {
+  const bool spheres = o.subdomain == MlpgSubdomain::sphere;
+  constexpr const char* cure =
+      "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the linear "
+      "basis, or flux = \"edge-stabilised\"";
+  if (is_regular(cloud) && o.support.neighbours == 0) {
+    const bool one_point = o.capacity == MlpgCapacity::one_point;
+    const auto cell =
+        spheres ? lattice_sphere(cloud.dimension, o.radius, one_point) : lattice_box(cloud.dimension, one_point);
+    const auto symbols = lattice_symbols(o.mls, o.support.spacings, cell, stretched_conductivity(*cloud.lattice));
+    report["least_capacity_symbol"] = symbols.least_capacity;
+    report["least_rate_symbol"] = symbols.least_rate;
+    report["kappa"] = symbols.kappa;
+    if (transient && !symbols.stable())
+      table.refuse("support",
+                   fmt::format("the scheme is unstable: inside the lattice, waves have a heat capacity down to {:.2g} "
+                               "of the cell's and rates of decay down to {:.3g} diffusivity / spacing^2",
+                               symbols.least_capacity, symbols.least_rate),
+                   cure);
+    if (!spheres || std::abs(symbols.kappa - 1) <= 1e-3) return {};
+    return {fmt::format(
+        "{}: circles of radius {:g} with support {:g} conduct as if the diffusivity were {:.4f} of what it is, however "
+        "fine the cloud; subdomain = \"tiles\" has no such error",
+        table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)};
+  }
+  const bool always_stable =
+      o.mls.degree == 1 && cloud.dimension < 3 && o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
+  if (!transient || always_stable) return {};
+  const double growth = start_up_growth(cloud, conduction);
+  report["start_up_growth"] = growth;
+  if (growth > 1.02)
+    table.refuse("support",
+                 std::isinf(growth)
+                     ? "the scheme is unstable: random temperatures blow up within 60 steps of a tenth of spacing^2 / "
+                       "diffusivity"
+                     : fmt::format("the scheme is unstable: random temperatures grow by a factor of {:.3g} in 20 steps "
+                                   "of a tenth of spacing^2 / diffusivity",
+                                   growth),
+                 cure);
+  return {};
+}
+
+/// The scheme as a discretisation.
+Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& conditions, MlpgScheme scheme) {
+  const FaceRows& rows = scheme.conduction->rows();
+  Discretisation d;
+  d.locations = {&rows.conduction};
+  if (rows.cells) d.locations.push_back(&*rows.cells);
+  d.dofs = std::make_unique<Dofs>(cloud, rows.value, std::move(scheme.shapes));
+  if (rows.cells)
+    d.capacity = std::make_unique<CellCapacity>(*rows.cells, 2);
+  else
+    d.capacity =
+        std::make_unique<LumpedCapacity>(std::vector(cloud.volume.begin(), cloud.volume.begin() + cloud.owned));
+  if (!cloud.points_on_walls)
+    d.walls.push_back(std::make_unique<SeriesWalls>(cloud, conditions.temperatures));
+  else if (scheme.walls)
+    d.walls.push_back(std::move(scheme.walls));
+  else if (auto prescribed = prescribed_points(cloud, conditions.temperatures, *d.dofs, *d.capacity))
+    d.constraints.push_back(std::move(prescribed));
+  d.conduction = std::move(scheme.conduction);
+  d.subdomains = std::move(scheme.subdomains);
+  return d;
+}
+
+/// Bodies of several parts and cracked ones: a gradient of moving least squares would reach across interfaces, where it
+/// jumps. The faces are parallel to the lines between the points then, a_ij = G_ij x_ji, so that the edge-stabilised
+/// flux is that of the two points alone, in series through what lies between them. On lattices these are the faces of
+/// the cells, elsewhere and beside cracks those of consistent weights.
+Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions& conditions, const Parts& parts,
+                             MethodReport& report) {
+  constexpr double smoothing = 1.2;
+  const bool tiles = cloud.lattice && !has_cracks(c);
+  const LineForce neighbours_alone = [](std::int64_t /*steps*/, double /*distance*/, double /*spacing*/) {
+    return 1.0;
+  };
+  MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
+  count_pairs(cloud, pairs.neighbours, report);
+  CorrectionReport done;
+  std::optional<Cloud> copy;
+  auto G = tiles ? lattice_line_weights(cloud, pairs.neighbours, neighbours_alone, done)
+                 : sph_consistent_weights(without_cracks(cloud, copy), pairs.neighbours, smoothing, done);
+  require_sound(done);
+  auto discretisation =
+      with_cracks(c, cloud, parts, conditions, std::move(pairs), std::move(G), Layers::odd, done, report);
+  add_to_report(done, report);
+  return discretisation;
+}
+
+Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
+                     MethodReport& report) {
+  const Table table = c.section("mlpg");
+  MlpgOptions o = options_of(table, cloud.dimension, is_regular(cloud));
+  const Parts& parts = material.parts();
+  const bool is_broken = has_cracks(c) || parts.has_contacts();
+  std::string asked;  // a key that only parameters have
+  for (const char* key : {"flux", "subdomain", "capacity", "prescribed"})
+    if (asked.empty() && table.has(key) && table.text(key) != "edge-stabilised") asked = key;
+  if (is_broken && !asked.empty())
+    table.refuse(asked, "the supports of moving least squares with parameters reach across cracks and contacts",
+                 "leave it out, or take flux = \"edge-stabilised\"");
+  if (is_broken || (parts.count() > 1 && asked.empty())) {
+    o.flux = MlpgFlux::edge_stabilised;
+    refuse_what_does_not_fit(c, cloud, o);
+    return between_parts(c, cloud, conditions, parts, report);
+  }
+  // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
+  if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
+    o.capacity = MlpgCapacity::one_point;
+  refuse_what_does_not_fit(c, cloud, o);
+  MlpgReport done;
+  MlpgScheme scheme = mlpg_scheme(cloud, o, done, conditions.temperatures);
+  report["pairs"] = static_cast<double>(done.faces.pairs);
+  report["neighbours"] = done.neighbours;
+  report["weight_residual"] = done.faces.residual;
+  report["face_iterations"] = done.faces.iterations;
+  report["face_moment_error"] = done.faces.moment_error;
+  report["enlarged_supports"] = static_cast<double>(done.supports.enlarged);
+  report["largest_support"] = done.supports.largest;
+  if (o.flux == MlpgFlux::edge_stabilised) return nodal_discretisation(cloud, conditions, std::move(scheme.conduction));
+  auto notes = check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
+  Discretisation discretisation = parameter_discretisation(cloud, conditions, std::move(scheme));
+  discretisation.notes = std::move(notes);
+  return discretisation;
+}
+
+void declare_mlpg(Schema& schema) {
+  schema.add(
+      {.path = "mlpg",
+       .sentence = "Options of the meshless local Petrov-Galerkin method.",
+       .keys = {
+           {"basis", Kind::choice, "", "linear", "Polynomials of the moving least squares.", {"linear", "quadratic"}},
+           {"support", Kind::number, "", optional,
+            "Radius of the moving least squares' supports over spacing; default: 2.3 in one and two dimensions and for "
+            "the quadratic basis, 1.6 in three on box lattices, 1.8 on other clouds. Enlarged where a place sees too "
+            "few points."},
+           {"neighbours", Kind::integer, "", optional,
+            "Instead of the support: it reaches 1.1 times as far as the n-th nearest point."},
+           {"weight",
+            Kind::choice,
+            "",
+            "quartic",
+            "Weight of the moving least squares: quartic spline, or Wendland's smoother C4 function, which wants a "
+            "larger support.",
+            {"quartic", "wendland"}},
+           {"flux",
+            Kind::choice,
+            "",
+            optional,
+            "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a "
+            "body of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for "
+            "layers, regions and cracks, which conduct in series; never seen unstable).",
+            {"parameters", "edge-stabilised"}},
+           {"capacity",
+            Kind::choice,
+            "",
+            optional,
+            "Heat of a cell: \"consistent\", integrated over it, or \"one-point\", from the temperature of its point "
+            "(default on tiles where the heat capacity depends on temperature, and in three dimensions on irregular "
+            "clouds).",
+            {"consistent", "one-point"}},
+           {"subdomain",
+            Kind::choice,
+            "",
+            "tiles",
+            "\"tiles\" fill the body and conserve heat; \"sphere\" are the papers' overlapping circles and spheres, "
+            "for comparison.",
+            {"tiles", "sphere"}},
+           {"prescribed",
+            Kind::choice,
+            "",
+            "collocation",
+            "How parameters meet a prescribed temperature: \"collocation\" of T^h at the points on the wall, or a "
+            "\"penalty\" in their heat balances, as in the papers.",
+            {"collocation", "penalty"}},
+           {"radius", Kind::number, "", "0.7", "Radius of the circles or spheres over spacing."},
+       }});
+}
+
+}  // namespace
+
+Method mlpg_method() {
+  return {.name = "mlpg",
+          .sentence = "the meshless local Petrov-Galerkin method",
+          .declare = declare_mlpg,
+          .support = support_of,
+          .build = build};
+}
+
+}  // namespace calor

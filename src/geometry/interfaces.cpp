@@ -1,0 +1,138 @@
+// What lies between two places of a body of several parts: the pieces of a segment, the planes it meets, and the normal
+// of the interface it crosses.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "geometry/parts.hpp"
+
+namespace calor {
+
+std::vector<double> Parts::samples(const Segment& segment) const {
+  constexpr int equal_parts = 8;  // thinner regions than that between two points are not seen
+  std::vector<double> s = {0, 1};
+  const int axis = layers_.axis;
+  if (axis >= 0 && segment.a[axis] != segment.b[axis]) {  // layers of any thickness are
+    std::vector<double> ends = {0, 1};
+    for (std::size_t n = 0; n + 1 < layers_.top.size(); ++n) {
+      const double plane = layers_.start + layers_.top[n];
+      const double at = (plane - segment.a[axis]) / (segment.b[axis] - segment.a[axis]);
+      if (at > 0 && at < 1) ends.push_back(at);
+    }
+    std::ranges::sort(ends);
+    for (std::size_t n = 0; n + 1 < ends.size(); ++n) s.push_back(0.5 * (ends[n] + ends[n + 1]));
+  }
+  if (!regions_.empty())
+    for (int n = 0; n < equal_parts; ++n) s.push_back((n + 0.5) / equal_parts);
+  std::ranges::sort(s);
+  return s;
+}
+
+Parts::Pieces Parts::along(std::span<const Segment> segments) const {
+  /// Somewhere between two places of a segment one part ends and another begins.
+  struct Change {
+    std::size_t segment;
+    double low, high;
+    int part_low, part_high;
+  };
+  std::vector<Vec3> x;
+  std::vector<int> tags, part;
+  const auto ask = [&](const Segment& g, double s) {
+    x.push_back(s == 1 ? g.b : g.a + s * (g.b - g.a));
+    tags.push_back(s <= 0.5 ? g.tag_a : g.tag_b);
+  };
+  std::vector<std::vector<double>> places;
+  for (const Segment& g : segments) {
+    places.push_back(samples(g));
+    for (const double s : places.back()) ask(g, s);
+  }
+  part.resize(x.size());
+  find(x, tags, part);
+  std::vector<Change> changes;
+  for (std::size_t g = 0, n = 0; g < segments.size(); ++g)
+    for (std::size_t k = 0; k < places[g].size(); ++k, ++n)
+      if (k > 0 && part[n] != part[n - 1]) changes.push_back({g, places[g][k - 1], places[g][k], part[n - 1], part[n]});
+  std::vector<int> last;
+  for (std::size_t g = 0, n = 0; g < segments.size(); ++g) n += places[g].size(), last.push_back(part[n - 1]);
+
+  for (int halving = 0; halving < 52 && !changes.empty(); ++halving) {
+    x.clear(), tags.clear();
+    for (const Change& c : changes) ask(segments[c.segment], 0.5 * (c.low + c.high));
+    part.resize(x.size());
+    find(x, tags, part);
+    for (std::size_t n = 0; n < part.size(); ++n) {
+      Change& c = changes[n];
+      const double middle = 0.5 * (c.low + c.high);
+      if (part[n] == c.part_low) {
+        c.low = middle;
+        continue;
+      }
+      const Change rest{c.segment, middle, c.high, part[n], c.part_high};
+      c.high = middle, c.part_high = part[n];
+      if (part[n] != rest.part_high) changes.push_back(rest);  // a third part lies between (invalidates c)
+    }
+  }
+  std::ranges::stable_sort(changes, [](const Change& a, const Change& b) {
+    return std::pair(a.segment, a.low) < std::pair(b.segment, b.low);
+  });
+  Pieces pieces;
+  auto change = changes.begin();
+  for (std::size_t g = 0; g < segments.size(); ++g) {
+    for (; change != changes.end() && change->segment == g; ++change)
+      pieces.piece.push_back({change->part_low, 0.5 * (change->low + change->high)});
+    pieces.piece.push_back({last[g], 1});
+    pieces.row.push_back(static_cast<std::int64_t>(pieces.piece.size()));
+  }
+  return pieces;
+}
+
+bool Parts::has_plane_between(const Vec3& a, const Vec3& b) const {
+  if (layers_.axis < 0) return false;
+  const auto [low, high] = std::minmax(a[layers_.axis] - layers_.start, b[layers_.axis] - layers_.start);
+  const auto above = std::ranges::lower_bound(layers_.top, low);
+  return above != layers_.top.end() && *above <= high && above + 1 != layers_.top.end();
+}
+
+Vec3 Parts::normal(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const {
+  const int layer_count = static_cast<int>(layers_.top.size());
+  if (part < layer_count && other < layer_count) {
+    Vec3 n;
+    n[layers_.axis] = 1;
+    return n;
+  }
+  const Vec3 direction = (1 / norm(along)) * along;
+  if (cloud_.dimension == 1) return direction;
+  // Where lines beside the one through x cross the surface.
+  const auto crossing = [&](const Vec3& beside) {
+    double low = -0.5 * size, high = 0.5 * size;
+    std::vector<int> found(2);
+    const auto ask = [&](double a, double b) {
+      const Vec3 places[] = {x + beside + a * direction, x + beside + b * direction};
+      const int tags[] = {tag, tag};
+      find(places, tags, found);
+    };
+    ask(low, high);
+    const int first = found[0];
+    if (first == found[1]) return x + beside;
+    for (int n = 0; n < 40; ++n) {
+      const double middle = 0.5 * (low + high);
+      ask(middle, middle);
+      (found[0] == first ? low : high) = middle;
+    }
+    return x + beside + 0.5 * (low + high) * direction;
+  };
+  const Vec3 aside = std::abs(direction.z) < 0.9 && cloud_.dimension == 3 ? Vec3{0, 0, 1}
+                     : cloud_.dimension == 3                              ? Vec3{1, 0, 0}
+                                                                          : Vec3{0, 0, 1};
+  const Vec3 t = (1 / norm(cross(direction, aside))) * cross(direction, aside);
+  const double step = 1e-3 * size;
+  const Vec3 on_t = crossing(step * t) - crossing(-step * t);
+  if (cloud_.dimension == 2) {
+    const Vec3 n{-on_t.y, on_t.x, 0};
+    return (1 / norm(n)) * n;
+  }
+  const Vec3 u = cross(direction, t), on_u = crossing(step * u) - crossing(-step * u), n = cross(on_t, on_u);
+  return (1 / norm(n)) * n;
+}
+
+}  // namespace calor
