@@ -21,6 +21,7 @@ HERE = pathlib.Path(__file__).resolve().parent
 CASES = HERE.parent.parent / "cases"
 TOLERANCE = 1e-7  # of the span of temperatures in the results of a case, or of the largest value of a column
 STEP_TOLERANCE = 2e-5  # adaptive steps follow an error estimate, which has the digits of the linear solver
+ADAPTIVE_TOLERANCE = 1e-6  # so results of adaptive steps differ by about that part of their errors in time, 1e-2 of the span at most
 LIMIT = 900  # s; nothing here takes more than a few on an idle machine, unless ranks wait for each other for ever
 LONG = ["dan/W?D*/mlpg*", "dan/W3D/peridynamics", "dan/circles*", "dan/convection/virtual-faces", "dan/cube-*",
         "dan/rosenthal-*", "dan/steel/implicit", "rong-kisu/fig6*", "rong-kisu/fig9/cylinder*", "rong-kisu/thermal-shock*",
@@ -73,8 +74,25 @@ def span_of(tables):
     return max(max(T) - min(T), 1e-4 * max(map(abs, T))) if T else 0
 
 
+def is_adaptive(numbers):
+    return numbers.get("smallest_step", 0) < numbers.get("largest_step", 0)
+
+
+def scale_of(name, numbers, span):
+    """What a difference of a number of the report is compared with: extremes and means of parts of a body at rest, or what
+    flows through its walls, are nothing but round-off of the span and of the largest flow."""
+    kind = name.partition(".")[0]
+    if kind in ("minimum", "maximum", "mean"):
+        return max(span, 1e-12)
+    if kind == "heat_flow":
+        return max(*(abs(value) for other, value in numbers.items() if other.startswith("heat_flow.")), 1e-3)
+    return max(abs(numbers[name]), 1e-12)
+
+
 def differences(one, several):
     """What differs between two result folders, one line each."""
+    left, right = (json.loads((folder / "report.json").read_text()) for folder in (one, several))
+    tolerance = ADAPTIVE_TOLERANCE if is_adaptive(left["numbers"]) else TOLERANCE
     tables = {name: columns(one / name) for name in ("final.csv", "probes.csv", "weld.csv") if (one / name).exists()}
     span = span_of(tables)
     for file, left in tables.items():
@@ -88,15 +106,12 @@ def differences(one, several):
                 continue
             scale = (span if name.endswith("[K]") else max(map(abs, values), default=0)) or 1
             off = max((abs(a - b) for a, b in zip(values, others)), default=0) / scale
-            if not off <= TOLERANCE:
+            if not off <= tolerance:
                 yield f"{file}, {name}: off by {off:.2g} of the span"
-    left, right = (json.loads((folder / "report.json").read_text()) for folder in (one, several))
     for name, value in left["numbers"].items():
         other = right["numbers"].get(name, math.nan)
-        tolerance = STEP_TOLERANCE if name in ("largest_step", "smallest_step") else TOLERANCE
-        # What flows through both walls of a body at rest, or the mean of odd temperatures, is nothing but round-off.
-        least = 1e-3 if name.startswith(("heat_flow.", "mean.")) else 1e-12
-        if name not in NOISE and not abs(value - other) <= tolerance * max(abs(value), least):
+        allowed = STEP_TOLERANCE if name in ("largest_step", "smallest_step") else tolerance
+        if name not in NOISE and not abs(value - other) <= allowed * scale_of(name, left["numbers"], span):
             yield f"report, {name}: {value} and {other}"
     if left["passed"] != right["passed"]:
         yield f"report: passed {left['passed']} and {right['passed']}"

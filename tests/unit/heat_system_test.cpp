@@ -322,7 +322,8 @@ TEST(HeatSystem, ConservesHeatOnAnyCloud) {
   EXPECT_TRUE(rc::check("the heat rates of all points add up to the powers of the accounts", [] {
     const int dimension = *rc::gen::inRange(1, 4), seed = *rc::gen::inRange(1, 1000);
     const int material = *rc::gen::inRange(0, 3), n = *rc::gen::inRange(4, dimension == 3 ? 6 : 9);
-    const std::string each = fmt::format("{:.1f}", *rc::gen::inRange(0, 4) / 10.);
+    // Some clouds of few points in space that are jittered more have no good weights, and are refused.
+    const std::string each = fmt::format("{:.1f}", *rc::gen::inRange(0, dimension == 3 ? 3 : 4) / 10.);
     const std::string cloud = box_case(std::vector<std::string>(dimension, "0.5 m"), std::vector<int>(dimension, n)) +
                               fmt::format("jitter = {}\nseed = {}\n", each, seed);
     const std::string exchanges = R"toml(
