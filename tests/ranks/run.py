@@ -91,8 +91,9 @@ def scale_of(name, numbers, span):
 
 def differences(one, several):
     """What differs between two result folders, one line each."""
-    left, right = (json.loads((folder / "report.json").read_text()) for folder in (one, several))
-    tolerance = ADAPTIVE_TOLERANCE if is_adaptive(left["numbers"]) else TOLERANCE
+    reports = [json.loads((folder / "report.json").read_text()) for folder in (one, several)]
+    numbers, other_numbers = (report["numbers"] for report in reports)
+    tolerance = ADAPTIVE_TOLERANCE if is_adaptive(numbers) else TOLERANCE
     tables = {name: columns(one / name) for name in ("final.csv", "probes.csv", "weld.csv") if (one / name).exists()}
     span = span_of(tables)
     for file, left in tables.items():
@@ -108,13 +109,14 @@ def differences(one, several):
             off = max((abs(a - b) for a, b in zip(values, others)), default=0) / scale
             if not off <= tolerance:
                 yield f"{file}, {name}: off by {off:.2g} of the span"
-    for name, value in left["numbers"].items():
-        other = right["numbers"].get(name, math.nan)
+    for name, value in numbers.items():
+        other = other_numbers.get(name, math.nan)
         allowed = STEP_TOLERANCE if name in ("largest_step", "smallest_step") else tolerance
-        if name not in NOISE and not abs(value - other) <= allowed * scale_of(name, left["numbers"], span):
+        if name not in NOISE and not abs(value - other) <= allowed * scale_of(name, numbers, span):
             yield f"report, {name}: {value} and {other}"
-    if left["passed"] != right["passed"]:
-        yield f"report: passed {left['passed']} and {right['passed']}"
+    passed, other_passed = (report["passed"] for report in reports)
+    if passed != other_passed:
+        yield f"report: passed {passed} and {other_passed}"
 
 
 def main():
