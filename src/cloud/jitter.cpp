@@ -2,12 +2,12 @@
 // integrals of linearly exact shape functions, or the part of the box that is nearer to a point than to any other.
 #include "cloud/lattice.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "cloud/convex_cell.hpp"
+#include "cloud/linear_shares.hpp"
 
 namespace calor {
 namespace {
@@ -54,47 +54,27 @@ std::vector<LatticeIndex> offsets_by_distance(const Lattice& lattice, std::int64
   return offsets;
 }
 
-/// Values at a place of the shape functions of moving least squares with linear basis: they add up to 1, and their
-/// points to the place.
-class ShapeFunctions {
- public:
-  /// Of the points of `layers` around a place in the given cell of the lattice, all in spacings.
-  void evaluate(const Lattice& lattice, const Layers& layers, const LatticeIndex& cell, const Vec3& place) {
-    constexpr double radius = 1.8;    // of the supports; wider ones take from the walls, narrower ones see too little
-    constexpr std::int64_t most = 2;  // intervals, as points are moved by less than half a spacing
-    const int D = lattice.box().dimension;
-    ids.clear(), value.clear(), way_.clear();
-    LatticeIndex low{}, high{};
-    for (int a = 0; a < D; ++a) {
-      low[a] = std::max<std::int64_t>(0, cell[a] - most);
-      high[a] = std::min(lattice.box().points[a] - 1, cell[a] + 1 + most);
-    }
-    Eigen::Matrix4d moments = Eigen::Matrix4d::Zero();
-    LatticeIndex j;
-    for (j[2] = low[2]; j[2] <= high[2]; ++j[2])
-      for (j[1] = low[1]; j[1] <= high[1]; ++j[1])
-        for (j[0] = low[0]; j[0] <= high[0]; ++j[0]) {
-          const std::int64_t id = lattice.id(j);
-          const Vec3 r = layers.at(id) - place;
-          const double inside = 1 - dot(r, r) / (radius * radius);
-          if (!(inside > 0)) continue;
-          const double weight = inside * inside * inside * inside;
-          const Eigen::Vector4d p(1, r.x, r.y, r.z);
-          moments.noalias() += weight * p * p.transpose();
-          ids.push_back(id), value.push_back(weight), way_.push_back(r);
-        }
-    for (int a = D; a < 3; ++a) moments(1 + a, 1 + a) = 1;
-    const Eigen::Vector4d c = moments.llt().solve(Eigen::Vector4d::UnitX());
-    for (std::size_t n = 0; n < ids.size(); ++n)
-      value[n] *= c[0] + c[1] * way_[n].x + c[2] * way_[n].y + c[3] * way_[n].z;
+/// The shape functions of the points of `layers` around a place in the given cell of the lattice, all in spacings.
+void evaluate(const Lattice& lattice, const Layers& layers, const LatticeIndex& cell, const Vec3& place,
+              LinearShares& shapes) {
+  constexpr std::int64_t most = 2;  // intervals, as points are moved by less than half a spacing
+  const int D = lattice.box().dimension;
+  LatticeIndex low{}, high{};
+  for (int a = 0; a < D; ++a) {
+    low[a] = std::max<std::int64_t>(0, cell[a] - most);
+    high[a] = std::min(lattice.box().points[a] - 1, cell[a] + 1 + most);
   }
-
-  std::vector<std::int64_t> ids;
-  std::vector<double> value;
-
- private:
-  std::vector<Vec3> way_;
-};
+  shapes.clear();
+  LatticeIndex j;
+  for (j[2] = low[2]; j[2] <= high[2]; ++j[2])
+    for (j[1] = low[1]; j[1] <= high[1]; ++j[1])
+      for (j[0] = low[0]; j[0] <= high[0]; ++j[0]) {
+        const std::int64_t id = lattice.id(j);
+        const Vec3 way = layers.at(id) - place;
+        shapes.add(id, way, dot(way, way));
+      }
+  shapes.solve(D);
+}
 
 }  // namespace
 
@@ -117,7 +97,7 @@ std::vector<double> linearly_exact_volumes(const Lattice& lattice, const Slice& 
   for (int a = 0; a < 3; ++a) high[a] = a < D ? lattice.cells(a) : 1;
   low[last] = std::max<std::int64_t>(0, first - reach), high[last] = std::min(high[last], end + reach);
   const int rules = D == 1 ? 3 : D == 2 ? 9 : 27;
-  ShapeFunctions shapes;
+  LinearShares shapes;
   LatticeIndex cell;
   for (cell[2] = low[2]; cell[2] < high[2]; ++cell[2])
     for (cell[1] = low[1]; cell[1] < high[1]; ++cell[1])
@@ -127,7 +107,7 @@ std::vector<double> linearly_exact_volumes(const Lattice& lattice, const Slice& 
           Vec3 x = origin;
           double w = unit;
           for (int a = 0; a < D; ++a) x[a] += static_cast<double>(cell[a]) + place[k[a]], w *= weight[k[a]];
-          shapes.evaluate(lattice, layers, cell, x);
+          evaluate(lattice, layers, cell, x, shapes);
           for (std::size_t n = 0; n < shapes.ids.size(); ++n)
             if (const std::int64_t id = shapes.ids[n]; id >= mine.begin && id < mine.end)
               volume[id - mine.begin] += w * shapes.value[n];

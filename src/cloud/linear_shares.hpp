@@ -1,0 +1,32 @@
+#pragma once
+// How the surroundings of a place are shared among the points around it: shape functions of moving least squares with
+// linear basis. They add up to 1 and their points, so shared, to the place, so that what is integrated with them is a
+// quadrature at the points that is exact for linear functions.
+#include <cstdint>
+#include <vector>
+
+#include "base/vec3.hpp"
+
+namespace calor {
+
+class LinearShares {
+ public:
+  /// Radius of the supports in spacings: wider ones take from the walls, narrower ones see too little.
+  static constexpr double radius = 1.8;
+
+  void clear() { ids.clear(), value.clear(), way_.clear(); }
+  /// A point at `way` from the place along the axes that are shared over, in spacings, and its whole distance from it
+  /// squared, in radii over LinearShares::radius. Points beyond the radius are left out.
+  void add(std::int64_t id, const Vec3& way, double square);
+  /// The values for the points added. False, with none, where they do not tell a linear function of D axes: too few,
+  /// or on one line or plane.
+  bool solve(int D);
+
+  std::vector<std::int64_t> ids;
+  std::vector<double> value;
+
+ private:
+  std::vector<Vec3> way_;
+};
+
+}  // namespace calor
