@@ -10,6 +10,8 @@
 
 namespace calor {
 
+struct SourceLocation;
+
 struct Surface {
   /// Seen from outside, the vertices of a triangle run counter-clockwise; a segment has the body on its left, and -1
   /// as its third vertex.
@@ -41,17 +43,22 @@ struct Surface {
 /// Volume inside a closed surface, m^3 (m^2 in the plane); negative where facets point inwards.
 double enclosed_volume(const Surface& surface);
 
-/// Makes vertices nearer to each other than `tolerance` (m) one, and leaves out facets that lose their area by it.
-/// Returns the number of vertices that went.
+/// Makes vertices nearer to each other than `tolerance` (m) one, and leaves out facets that lose their area by it, and
+/// vertices without a facet. Returns the number of vertices that went.
 int weld(Surface& surface, double tolerance);
 
-/// Throws Error(bad_case) at `where` unless every edge (vertex in the plane) has just two facets that run against each other:
-/// open, doubled and over-shared edges are told by number and place.
-struct SourceLocation;
+/// Throws Error(bad_case) at `where` unless every edge (vertex in the plane) has just two facets that run against each
+/// other: open, doubled and over-shared edges are told by number and place.
 void require_closed(const Surface& surface, const SourceLocation& where);
 
-/// Turns facets outwards shell by shell: a shell (facets that hang together) inside an odd number of others is a
-/// cavity, its facets point into it. Returns the number of shells that were turned.
+/// Turns facets outwards shell by shell: a shell (facets that hang together by edges) inside an odd number of others is
+/// a cavity, its facets point into it. Facets that run with a neighbour instead of against it are turned, too. Returns
+/// the number of shells in which facets were turned.
 int orient(Surface& surface);
+
+/// The smooth patch of every facet: facets whose normals turn by less than `angle` (rad) across the edge between them
+/// belong together. Patches are numbered in the order of their first facets. Facets too thin to have a normal go with
+/// the neighbour on their longest edge.
+std::vector<int> smooth_patches(const Surface& surface, double angle);
 
 }  // namespace calor

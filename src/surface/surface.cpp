@@ -1,0 +1,236 @@
+#include "surface/surface.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <unordered_map>
+
+#include "base/error.hpp"
+#include "surface/edges.hpp"
+
+namespace calor {
+
+double enclosed_volume(const Surface& surface) {
+  if (surface.facets.empty()) return 0;
+  // Seen from a vertex of the body, so that the place of the body costs no digits.
+  const Vec3 o = surface.vertices[surface.facets[0].vertex[0]];
+  double sum = 0;
+  for (const auto& facet : surface.facets) {
+    const Vec3 a = surface.vertices[facet.vertex[0]] - o, b = surface.vertices[facet.vertex[1]] - o;
+    if (surface.dimension == 2)
+      sum += a.x * b.y - a.y * b.x;
+    else
+      sum += dot(a, cross(b, surface.vertices[facet.vertex[2]] - o));
+  }
+  return sum / (surface.dimension == 2 ? 2 : 6);
+}
+
+// Welding ------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Finds places near others. Cells are larger than the tolerance, so that a place near no border looks into one.
+class HashGrid {
+ public:
+  HashGrid(double tolerance, double cell) : tolerance_(tolerance), cell_(cell) {}
+
+  /// Index of the nearest place that is no farther than the tolerance, or of the new one.
+  std::int32_t find_or_add(const Vec3& x) {
+    std::int32_t best = -1;
+    double least = tolerance_ * tolerance_;
+    const Vec3 margin{tolerance_, tolerance_, tolerance_};
+    const auto low = cell_of(x - margin), high = cell_of(x + margin);
+    for (std::int64_t i = low[0]; i <= high[0]; ++i)
+      for (std::int64_t j = low[1]; j <= high[1]; ++j)
+        for (std::int64_t k = low[2]; k <= high[2]; ++k) {
+          const auto found = last_.find(key(i, j, k));
+          for (std::int32_t n = found == last_.end() ? -1 : found->second; n >= 0; n = before_[n]) {
+            const Vec3 d = places_[n] - x;
+            // Of places equally near the first one, in whatever order they are looked at.
+            if (const double r2 = dot(d, d); r2 < least || (r2 == least && (best < 0 || n < best))) best = n, least = r2;
+          }
+        }
+    if (best >= 0) return best;
+    const auto [i, j, k] = cell_of(x);
+    const auto mine = static_cast<std::int32_t>(places_.size());
+    const auto [entry, is_first] = last_.try_emplace(key(i, j, k), mine);
+    before_.push_back(is_first ? -1 : entry->second);
+    entry->second = mine;
+    places_.push_back(x);
+    return mine;
+  }
+  std::vector<Vec3> places() && { return std::move(places_); }
+
+ private:
+  std::array<std::int64_t, 3> cell_of(const Vec3& x) const {
+    const auto index = [&](double c) { return static_cast<std::int64_t>(std::floor(c / cell_)); };
+    return {index(x.x), index(x.y), index(x.z)};
+  }
+  /// Different cells may share a key; the distance decides.
+  static std::uint64_t key(std::int64_t i, std::int64_t j, std::int64_t k) {
+    std::uint64_t h = 0;
+    for (const std::int64_t n : {i, j, k}) h = (h ^ static_cast<std::uint64_t>(n)) * 0x9e3779b97f4a7c15U, h ^= h >> 29;
+    return h;
+  }
+
+  double tolerance_, cell_;
+  std::vector<Vec3> places_;
+  std::vector<std::int32_t> before_;                       ///< place of the same key before this one, or -1
+  std::unordered_map<std::uint64_t, std::int32_t> last_;  ///< place of a key
+};
+
+}  // namespace
+
+int weld(Surface& surface, double tolerance) {
+  const std::size_t before = surface.vertices.size();
+  double size = 0;  // largest coordinate: of cells much smaller than its round-off there would be too many to count
+  for (const Vec3& x : surface.vertices) size = std::max({size, std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+  HashGrid grid(tolerance, std::max({8 * tolerance, 1e-12 * size, 1e-300}));
+  std::vector<Surface::Triangle> facets;
+  std::vector<std::int32_t> place(before, -1);
+  for (Surface::Triangle facet : surface.facets) {
+    for (int n = 0; n < surface.dimension; ++n) {
+      std::int32_t& welded = place[facet.vertex[n]];
+      if (welded < 0) welded = grid.find_or_add(surface.vertices[facet.vertex[n]]);
+      facet.vertex[n] = welded;
+    }
+    const auto& [a, b, c] = facet.vertex;
+    if (a != b && b != c && c != a) facets.push_back(facet);
+  }
+  surface.facets = std::move(facets);
+  surface.vertices = std::move(grid).places();
+  return static_cast<int>(before - surface.vertices.size());
+}
+
+// Closed or not ------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Edges of one kind of fault: how many, and where the first ones are.
+struct Faults {
+  int count = 0;
+  std::vector<std::string> places;
+
+  void add(const Vec3& x, int dimension) {
+    constexpr int told = 3;
+    if (++count > told) return;
+    places.push_back(dimension == 2 ? fmt::format("({:.6g}, {:.6g}) m", x.x, x.y)
+                                    : fmt::format("({:.6g}, {:.6g}, {:.6g}) m", x.x, x.y, x.z));
+  }
+  /// "3 edges WHAT at (..) m, (..) m, ...", nothing where there are none.
+  void tell(std::vector<std::string>& out, int dimension, const std::string& what) const {
+    if (count == 0) return;
+    out.push_back(fmt::format("{} {} {}, at {}{}", count,
+                              dimension == 2 ? (count > 1 ? "corners" : "corner") : (count > 1 ? "edges" : "edge"), what,
+                              fmt::join(places, ", "), count > static_cast<int>(places.size()) ? ", ..." : ""));
+  }
+};
+
+/// Facets that have the same vertices as one before.
+int doubled_facets(const Surface& surface) {
+  std::vector<std::array<std::int32_t, 3>> corners;
+  corners.reserve(surface.facets.size());
+  for (const auto& facet : surface.facets) {
+    corners.push_back(facet.vertex);
+    std::ranges::sort(corners.back());
+  }
+  std::ranges::sort(corners);
+  return static_cast<int>(std::ranges::unique(corners).size());
+}
+
+}  // namespace
+
+void require_closed(const Surface& surface, const SourceLocation& where) {
+  if (surface.facets.empty())
+    throw Error(Fault::bad_case, where, "the surface has no facets", "give the closed surface of a body");
+  Faults open, shared, alike;
+  for_each_edge(sides_by_edge(surface), [&](std::span<const Side> sides) {
+    const bool is_sound = sides.size() == 2 && sides[0].forward != sides[1].forward;
+    if (is_sound) return;
+    (sides.size() == 1 ? open : sides.size() > 2 ? shared : alike).add(middle(surface, sides[0]), surface.dimension);
+  });
+  std::vector<std::string> told;
+  open.tell(told, surface.dimension, "with one facet only");
+  shared.tell(told, surface.dimension, "with more than two facets");
+  alike.tell(told, surface.dimension, "between facets that face to different sides");
+  if (told.empty()) return;
+  std::string cure = "close it in the program it comes from, or make vertices one over a larger distance (weld = 1e-4)";
+  if (const int doubled = doubled_facets(surface); doubled > 0) {
+    told.push_back(fmt::format("the reason: {} facet{} twice", doubled, doubled > 1 ? "s come" : " comes"));
+    cure = "remove the facets that come twice: a wall has one layer of facets, and bodies that touch are parts of their "
+           "own";
+  } else if (open.count == 0) {
+    cure = "move shells that touch apart, or make them parts of their own";
+  }
+  throw Error(Fault::bad_case, where, fmt::format("the surface is not closed: {}", fmt::join(told, "; ")), cure);
+}
+
+// Patches ------------------------------------------------------------------------------------------------------------
+
+namespace {
+
+/// Groups that grow together; the lowest member stands for a group.
+class Groups {
+ public:
+  explicit Groups(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  int root(int n) {
+    while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
+    return n;
+  }
+  void join(int a, int b) {
+    a = root(a), b = root(b);
+    parent_[std::max(a, b)] = std::min(a, b);
+  }
+
+ private:
+  std::vector<int> parent_;
+};
+
+double diagonal(const Surface& surface) {
+  Vec3 low = surface.vertices.at(0), high = low;
+  for (const Vec3& x : surface.vertices)
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
+  return norm(high - low);
+}
+
+}  // namespace
+
+std::vector<int> smooth_patches(const Surface& surface, double angle) {
+  if (surface.facets.empty()) return {};
+  const std::vector<Side> sides = sides_by_edge(surface);
+  const std::size_t count = surface.facets.size();
+  std::vector<double> longest(count);
+  for (const Side& side : sides) longest[side.facet] = std::max(longest[side.facet], length(surface, side));
+  // Coordinates are often rounded to single precision, 6e-8 of the size: by .006 rad and more such facets lean over.
+  const double thin = surface.dimension == 2 ? 0 : 1e-5 * diagonal(surface);
+  std::vector<Vec3> normal(count);  // none: 0
+  for (std::size_t f = 0; f < count; ++f) {
+    const Vec3 area = surface.area(static_cast<int>(f));
+    const double size = norm(area);
+    if (2 * size > thin * longest[f]) normal[f] = (1 / size) * area;
+  }
+  Groups groups(count);
+  for_each_edge(sides, [&](std::span<const Side> meeting) {
+    if (meeting.size() != 2) return;
+    const int f = meeting[0].facet, g = meeting[1].facet;
+    const auto is_thin = [&](int facet) { return normal[facet] == Vec3{}; };
+    if (is_thin(f) || is_thin(g)) {
+      const double edge = length(surface, meeting[0]);
+      if ((is_thin(f) && edge == longest[f]) || (is_thin(g) && edge == longest[g])) groups.join(f, g);
+    } else if (dot(normal[f], normal[g]) > std::cos(angle)) {
+      groups.join(f, g);
+    }
+  });
+  std::vector<int> patch(count);
+  int patches = 0;
+  for (std::size_t f = 0; f < count; ++f) {
+    const int root = groups.root(static_cast<int>(f));
+    patch[f] = root == static_cast<int>(f) ? patches++ : patch[root];
+  }
+  return patch;
+}
+
+}  // namespace calor
