@@ -1,6 +1,6 @@
 #include "cloud/body_measures.hpp"
 
-#include <Eigen/QR>
+#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -253,9 +253,13 @@ void close(const BodyPoints& points, std::vector<PatchShare>& shares) {
     const Eigen::Vector3d e(r.x, r.y, r.z);
     inertia += s.area * (e.squaredNorm() * Eigen::Matrix3d::Identity() - e * e.transpose());
   }
-  const Eigen::Vector3d turn =
-      inertia.completeOrthogonalDecomposition().solve(Eigen::Vector3d(moment.x, moment.y, moment.z));
-  const Vec3 omega{turn[0], turn[1], turn[2]};
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia);
+  Vec3 omega;
+  for (int n = 0; n < 3; ++n) {
+    const double value = eigen.eigenvalues()[n];
+    const Vec3 axis{eigen.eigenvectors()(0, n), eigen.eigenvectors()(1, n), eigen.eigenvectors()(2, n)};
+    if (value > 1e-9 * eigen.eigenvalues()[2]) omega += (dot(axis, moment) / value) * axis;
+  }
   for (PatchShare& s : shares)
     s.vector -= s.area * ((1 / total) * sum + cross(omega, points.grid.x(s.point) - centre));
 }

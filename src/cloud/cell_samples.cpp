@@ -31,7 +31,7 @@ struct Plane {
 
 /// The surface at one of its points. Where the body reaches beyond a plane, as at re-entrant edges, only what lies
 /// beyond all such planes is outside.
-struct Surface {
+struct WallsOfPoint {
   std::vector<Plane> planes, reentrant;
   bool has_outside(const Vec3& x) const {
     const auto beyond = [&](const Plane& p) { return p.has_outside(x); };
@@ -142,7 +142,7 @@ std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
   visit_within(x, std::min(2 * farthest * d, cloud_.halo_width), [&](int j) {
     const double square = dot(cloud_.x[j] - x, cloud_.x[j] - x);
     const double limit = cloud_.halo_support.radius(0.5 * (d + cloud_.spacing[j]));
-    if (j != i && square <= limit * limit)
+    if (j != i && square <= limit * limit && cloud_.sees(i, j))
       near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
   });
   std::ranges::sort(
@@ -156,7 +156,7 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
   const double d = cloud_.spacing[i];
   const std::vector<Near> near = rivals(i);
 
-  Surface own;
+  WallsOfPoint own;
   for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
     const Facet& facet = cloud_.facets[n];
     const double away = wall_distance(cloud_, facet);
@@ -198,7 +198,10 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
           bool nearest = true;
           for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
             nearest = dot(p - j->x, p - j->x) >= square;
-          if (nearest && !own.has_outside(p) && !(near_wall && beyond_near_wall(p))) out.push_back(p);
+          if (!nearest) continue;
+          const bool is_outside = cloud_.body ? !cloud_.is_seen_from(p, i)
+                                              : own.has_outside(p) || (near_wall && beyond_near_wall(p));
+          if (!is_outside) out.push_back(p);
         }
       }
     }

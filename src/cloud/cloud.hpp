@@ -19,6 +19,7 @@ namespace calor {
 
 class Lattice;
 class RingLattice;
+class Body;
 
 /// Copies values of owned points to the ghosts on other ranks (PetscSF).
 class Halo {
@@ -91,6 +92,7 @@ struct Cloud {
 
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
   std::shared_ptr<const RingLattice> rings;  ///< of points that are those of concentric rings, by their id; or null
+  std::shared_ptr<const Body> body;          ///< the surface that the points were made for; null: not known
   bool box_lattice = false;                  ///< unjittered box lattice with equal spacing along every axis
   bool isotropic = true;                     ///< the metric of every point has one value
   bool nearest_volumes =
@@ -110,6 +112,19 @@ struct Cloud {
   /// is local.
   double halo_width = 0;
   Support halo_support;
+
+  // Of a body by its surface, one entry per local point; else empty.
+  std::vector<Vec3> inside;       ///< where it looks from and is looked at: a little away from walls, m
+  std::vector<double> clearance;  ///< distance to the surface, as far as points see, m
+  /// Sets `inside` and `clearance`.
+  void open_eyes();
+  /// Does the straight way between two local points run through the body alone? True where the surface is not known.
+  /// The same for (i, j) and (j, i).
+  bool sees(int i, int j) const;
+  /// The same for a place and local point j; the place must not lie on a wall: see eye_at.
+  bool is_seen_from(const Vec3& eye, int j) const;
+  /// The place itself, a little away from walls. `d`: spacing there, m.
+  Vec3 eye_at(const Vec3& place, double d) const;
 
   int local() const { return static_cast<int>(x.size()); }
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }

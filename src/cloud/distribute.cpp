@@ -210,6 +210,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.lattice = std::move(points.lattice);
   cloud.rings = std::move(points.rings);
   cloud.walls = std::move(points.walls);
+  cloud.body = std::move(points.body);
   cloud.box_lattice = points.box_lattice;
   cloud.nearest_volumes = points.nearest_volumes;
   cloud.points_on_walls = points.points_on_walls;
@@ -223,6 +224,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.halo_width = width;
   cloud.halo_support = support;
   add_ghosts(cloud);
+  cloud.open_eyes();
   return cloud;
 }
 

@@ -47,6 +47,7 @@ struct Points {
   std::shared_ptr<const Lattice> lattice;    ///< see Cloud
   std::shared_ptr<const RingLattice> rings;  ///< see Cloud
   std::vector<double> walls;                 ///< of a box, see Cloud
+  std::shared_ptr<const Body> body = nullptr;  ///< see Cloud
   /// Of jittered points on walls: whose volumes may be made exact for linear functions, too.
   std::shared_ptr<const Lattice> jittered = nullptr;
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;

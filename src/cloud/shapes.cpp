@@ -12,10 +12,12 @@
 #include "cloud/lattice.hpp"
 
 namespace calor {
-CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape();
+CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(), surface_shape();
+void declare_surface(Schema& schema);
 
 Registry<CloudShape>& cloud_shapes() {
-  static Registry<CloudShape> all = {box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape()};
+  static Registry<CloudShape> all = {box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(),
+                                          surface_shape()};
   return all;
 }
 
@@ -110,6 +112,7 @@ void declare_cloud(Schema& schema) {
                 .keys = shape.keys,
                 .when_key = "shape",
                 .when_value = shape.name});
+  declare_surface(schema);
 }
 
 }  // namespace calor

@@ -151,8 +151,15 @@ void Supports::covering(const Vec3& x, std::vector<std::int32_t>& found) const {
     const Vec3 scaled = quotient(r, cloud_.metric[j]);
     if (dot(scaled, scaled) < R_[j] * R_[j] * (1 - 1e-9)) found.push_back(j);
   });
+  keep_seen(x, found);
   const auto id = [&](std::int32_t j) { return cloud_.id[j]; };
   if (!std::ranges::is_sorted(found, {}, id)) std::ranges::sort(found, {}, id);
+}
+
+void Supports::keep_seen(const Vec3& x, std::vector<std::int32_t>& points) const {
+  if (!cloud_.body || points.empty()) return;
+  const Vec3 eye = cloud_.eye_at(x, cloud_.spacing[points.front()]);
+  std::erase_if(points, [&](std::int32_t j) { return !cloud_.is_seen_from(eye, j); });
 }
 
 std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, const Vec3& reach, const Vec3& metric) const {
@@ -167,10 +174,13 @@ std::vector<std::int32_t> Supports::nearest(const Vec3& x, int count, const Vec3
     const Vec3 scaled = quotient(r, metric);
     if (norm(quotient(r, reach)) <= 1) near.push_back({dot(scaled, scaled), cloud_.id[j], j});
   });
-  const std::size_t n = std::min<std::size_t>(count, near.size());
+  // Where points may be out of sight, all are looked at.
+  const std::size_t n = cloud_.body ? near.size() : std::min<std::size_t>(count, near.size());
   std::partial_sort(near.begin(), near.begin() + static_cast<std::ptrdiff_t>(n), near.end());
   std::vector<std::int32_t> points;
   for (std::size_t k = 0; k < n; ++k) points.push_back(near[k].point);
+  keep_seen(x, points);
+  if (points.size() > static_cast<std::size_t>(count)) points.resize(count);
   return points;
 }
 

@@ -47,6 +47,8 @@ class Supports {
   const Vec3& metric_at(const Vec3& x, const Vec3& reach) const;
 
  private:
+  /// Leaves those that x sees through the body.
+  void keep_seen(const Vec3& x, std::vector<std::int32_t>& points) const;
   template <class Use>
   void for_each_near(const Vec3& x, const Vec3& reach, const Use& use) const;
 

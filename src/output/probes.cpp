@@ -13,6 +13,7 @@
 #include "cloud/cell_samples.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
+#include "surface/body.hpp"
 
 namespace calor {
 namespace {
@@ -39,7 +40,7 @@ std::vector<Candidate> nearest_points(const Cloud& cloud, const Cracks* cracks, 
     const Candidate c{.distance = norm(cloud.x[i] - p),
                       .id = cloud.id[i],
                       .x = cloud.x[i],
-                      .side = cracks ? cracks->location(i) : cloud.x[i],
+                      .side = cracks ? cracks->location(i) : cloud.body ? cloud.inside[i] : cloud.x[i],
                       .spacing = cloud.spacing[i],
                       .on_faces = cloud.on_faces[i],
                       .tag = cloud.tag[i],
@@ -91,8 +92,14 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
 /// Refuses a place outside the body. Collective.
 void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near, const std::string& name,
                   const SourceLocation& in_case) {
-  const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * near.front().spacing;
-  if (!is_far && !is_behind_wall(cloud, p, near)) return;
+  const double d = near.front().spacing;
+  if (cloud.body) {
+    constexpr double off_chords = 0.1;  // in spacings: facets of curved faces lie off them
+    if (cloud.body->tree().is_inside(p) || cloud.body->tree().closest(p, off_chords * d)) return;
+  } else {
+    const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * d;
+    if (!is_far && !is_behind_wall(cloud, p, near)) return;
+  }
   std::string bounds;
   for (int axis = 0; axis < cloud.dimension; ++axis) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
@@ -166,7 +173,8 @@ struct View {
 };
 
 /// What a probe at p sees: in the part that it lies in, or on an interface from every side.
-std::vector<View> views_of(const Obstacles& obstacles, const Vec3& p, const std::vector<Candidate>& near) {
+std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const Vec3& p,
+                           const std::vector<Candidate>& near) {
   const auto [parts, cracks] = obstacles;
   const int tag = near.front().tag;
   std::vector<View> views;
@@ -193,6 +201,11 @@ std::vector<View> views_of(const Obstacles& obstacles, const Vec3& p, const std:
         return hidden;
       });
     }
+  }
+  if (cloud.body) {
+    const Vec3 eye = cloud.eye_at(p, near.front().spacing);
+    for (View& view : views)
+      std::erase_if(view.points, [&](const Candidate& c) { return !cloud.body->sees(eye, c.side); });
   }
   for (View& view : views)
     if (cracks) std::erase_if(view.points, [&](const Candidate& c) { return cracks->separate(p, c.side); });
@@ -258,7 +271,7 @@ void Probes::ask(const Dofs* dofs) {
 void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& place, const std::string& name,
                  const SourceLocation& in_case) {
   constexpr int most[] = {8, 30, 80};  // about three times the number of cubic monomials
-  const bool is_divided = obstacles.cracks || (obstacles.parts && obstacles.parts->count() > 1);
+  const bool is_divided = obstacles.cracks || cloud.body || (obstacles.parts && obstacles.parts->count() > 1);
   // Where a part of the points is out of sight, enough are left.
   std::vector<Candidate> near =
       nearest_points(cloud, obstacles.cracks, place, (is_divided ? 3 : 1) * most[cloud.dimension - 1]);
@@ -276,7 +289,7 @@ void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& pla
     if (near.front().distance <= 1e-9 * near.front().spacing)
       views.push_back({0, 1, {near.front()}});
     else
-      views = views_of(obstacles, place, near);
+      views = views_of(cloud, obstacles, place, near);
   });
   int slot = first_slot_.back();
   for (View& view : views) {

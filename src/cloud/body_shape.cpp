@@ -1,0 +1,203 @@
+// Clouds for bodies of any shape: [cloud] shape = "surface", whose surface [[cloud.part]] gives.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+
+#include "base/parallel.hpp"
+#include "cloud/body_measures.hpp"
+#include "cloud/body_points.hpp"
+#include "cloud/cells.hpp"
+#include "cloud/shapes.hpp"
+#include "surface/solid_shapes.hpp"
+
+namespace calor {
+namespace {
+
+/// Adds the facets of a part to the body; its faces are called as they are, or "PART.FACE" where the part has a name.
+void append(const Surface& part, const std::string& name, Surface& body) {
+  const int first = static_cast<int>(body.vertices.size());
+  body.vertices.insert(body.vertices.end(), part.vertices.begin(), part.vertices.end());
+  std::vector<int> face;
+  for (const std::string& f : part.faces) {
+    const std::string full = name.empty() ? f : name + "." + f;
+    const auto found = std::ranges::find(body.faces, full);
+    face.push_back(static_cast<int>(found - body.faces.begin()));
+    if (found == body.faces.end()) body.faces.push_back(full);
+  }
+  for (Surface::Triangle facet : part.facets) {
+    for (int n = 0; n < part.dimension; ++n) facet.vertex[n] += first;
+    facet.face = face[facet.face];
+    body.facets.push_back(facet);
+  }
+}
+
+/// How long facets on curved faces may be, in spacings: they stay within a thousandth of a spacing of faces that curve
+/// with a radius of ten spacings.
+constexpr double chord = 0.25;
+
+Surface read_surface(const Table& cloud, double least_spacing) {
+  const std::vector<Table> parts = cloud.list("part");
+  if (parts.empty())
+    cloud.refuse("", "shape = \"surface\" needs to know the body", "add [[cloud.part]] with a file or a shape");
+  Surface body;
+  for (const Table& table : parts) {
+    const Surface part = solid_shapes().chosen(table, "shape").make(table, chord * least_spacing);
+    if (body.facets.empty()) body.dimension = part.dimension;
+    if (part.dimension != body.dimension)
+      table.refuse("shape",
+                   fmt::format("a part of {} dimensions in a body of {}", part.dimension, body.dimension),
+                   "give all parts the same");
+    append(part, table.has("name") ? table.text("name") : "", body);
+  }
+  if (body.faces.size() > 32)
+    cloud.refuse("part", fmt::format("the body has {} faces, more than 32", body.faces.size()),
+                 "give several the same name");
+  return body;
+}
+
+/// A finer spacing on some face, which grows away from it.
+struct Refinement {
+  double spacing, growth;
+  std::shared_ptr<const Surface> face;
+  std::shared_ptr<const SurfaceTree> tree;
+};
+
+std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body) {
+  std::vector<Refinement> out;
+  for (const Table& table : cloud.list("near")) {
+    const auto face = std::ranges::find(body.faces, table.text("face"));
+    if (face == body.faces.end())
+      table.refuse("face", fmt::format("'{}' is not a face of the body", table.text("face")),
+                   fmt::format("its faces are {}", fmt::join(body.faces, ", ")));
+    if (!(table.number("spacing") > 0))
+      table.refuse("spacing", fmt::format("a spacing of {} m is not positive", table.number("spacing")),
+                   "give a positive one");
+    const double growth = table.number("growth");
+    if (!(growth > 0 && growth <= 1))
+      table.refuse("growth", fmt::format("growth = {:g}", growth), "give more than 0 and at most 1: 0.2 suits most");
+    auto only = std::make_shared<Surface>(body);
+    std::erase_if(only->facets,
+                  [&](const Surface::Triangle& f) { return f.face != face - body.faces.begin(); });
+    auto tree = std::make_shared<SurfaceTree>(*only);
+    out.push_back({table.number("spacing"), growth, std::move(only), std::move(tree)});
+  }
+  return out;
+}
+
+double least_spacing(const Table& cloud) {
+  const double spacing = cloud.number("spacing");
+  if (!(spacing > 0))
+    cloud.refuse("spacing", fmt::format("a spacing of {} m is not positive", spacing), "give a positive one");
+  double least = spacing;
+  for (const Table& table : cloud.list("near")) least = std::min(least, table.number("spacing"));
+  return least;
+}
+
+SpacingField spacing_field(const Table& cloud, const Surface& body) {
+  const double spacing = cloud.number("spacing");
+  std::vector<Refinement> refined = read_refinements(cloud, body);
+  if (refined.empty()) return {.at = [spacing](const Vec3&) { return spacing; }, .is_uniform = true};
+  return {.at =
+              [spacing, refined = std::move(refined)](const Vec3& x) {
+                double least = spacing;
+                for (const Refinement& r : refined) {
+                  const auto near = r.tree->closest(x, std::max(0.0, (least - r.spacing) / r.growth));
+                  if (near) least = std::min(least, r.spacing + r.growth * near->distance);
+                }
+                return least;
+              },
+          .is_uniform = false};
+}
+
+/// Refuses spacings that do not fit the body, before points are made.
+void refuse_misfits(MPI_Comm comm, const Surface& surface, double spacing) {
+  const Bounds bounds = bounds_of(surface.vertices);
+  const double volume = std::abs(enclosed_volume(surface));
+  if (!(volume > 0))
+    throw Error(Fault::bad_case, "the surface encloses no volume", "give it facets on all sides of the body");
+  const double size = norm(bounds.high - bounds.low);
+  if (spacing > 0.5 * size)
+    throw Error(Fault::bad_case,
+                fmt::format("a spacing of {:.6g} m is too large for a body that is {:.6g} m long", spacing, size),
+                "take a smaller one");
+  refuse_too_many(comm, volume / std::pow(spacing, surface.dimension));
+}
+
+Points body_from(MPI_Comm comm, const Table& cloud) {
+  const double least = least_spacing(cloud);
+  Surface surface = read_surface(cloud, least);
+  const double section = section_of(cloud, surface.dimension);
+  located(cloud.location("spacing"), [&] { refuse_misfits(comm, surface, least); });
+  const SpacingField spacing = spacing_field(cloud, surface);
+  return make_body(comm, std::move(surface), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
+}
+
+}  // namespace
+
+Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, std::uint64_t seed, double section) {
+  const int D = surface.dimension;
+  const auto body = std::make_shared<const Body>(std::move(surface));
+  // All ranks make the same points and keep a part of them.
+  const std::vector<Box> boxes = cover(*body, spacing);
+  const BodyPoints points = make_points(*body, spacing, boxes, seed);
+  const std::vector<double> volume = body_volumes(*body, points, boxes);
+  const std::vector<PatchShare> shares = body_areas(*body, points);
+
+  Points out;
+  out.dimension = D;
+  out.section = section;
+  out.faces = body->surface().faces;
+  out.exact.volume = section * enclosed_volume(body->surface());
+  out.body = body;
+  std::vector<int> face(body->patches().count);
+  for (std::size_t f = 0; f < body->patches().patch.size(); ++f)
+    face[body->patches().patch[f]] = body->surface().facets[f].face;
+  const Slice mine = slice(comm, points.grid.count());
+  auto share = std::ranges::lower_bound(shares, mine.begin, {}, &PatchShare::point);
+  for (std::int64_t id = mine.begin; id < mine.end; ++id) {
+    const int i = static_cast<int>(id);
+    const double d = points.grid.spacing(i);
+    out.points.push_back({.id = id,
+                          .x = points.grid.x(i),
+                          .volume = section * volume[i],
+                          .full_volume = section * std::pow(d, D),
+                          .spacing = d});
+    for (; share != shares.end() && share->point == i; ++share)
+      out.add_patch(face[share->patch], section * share->area, (1 / norm(share->vector)) * share->vector,
+                    section * share->vector);
+  }
+  return out;
+}
+
+CloudShape surface_shape() {
+  return {.name = "surface",
+          .sentence =
+              "A body of any shape, given by [[cloud.part]]: files of its surface, or shapes. Points lie on its corners, "
+              "edges and faces and, on a lattice or at random, inside. Faces: those of the parts",
+          .keys = {{"spacing", Kind::quantity, "m", required, "Distance of the points."},
+                   {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
+          .make = body_from};
+}
+
+void declare_surface(Schema& schema) {
+  schema.add({.path = "cloud.part[]",
+              .sentence = "A part of a body of shape = \"surface\".",
+              .keys = {{"shape", Kind::choice, "", "file", "What it is.", solid_shapes().names()},
+                       {"name", Kind::text, "", optional, "Comes before the names of its faces: NAME.FACE."}}});
+  for (const SolidShape& shape : solid_shapes())
+    schema.add({.path = "cloud.part[]",
+                .sentence = shape.sentence + ".",
+                .keys = shape.keys,
+                .when_key = "shape",
+                .when_value = shape.name});
+  schema.add({.path = "cloud.near[]",
+              .sentence = "Finer points on a face of a body of shape = \"surface\".",
+              .keys = {{"face", Kind::text, "", required, "Name of the face."},
+                       {"spacing", Kind::quantity, "m", required, "Distance of the points on the face."},
+                       {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from the face."}}});
+}
+
+}  // namespace calor

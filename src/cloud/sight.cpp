@@ -1,0 +1,42 @@
+// What points see of each other: the straight way through the body, where its surface is known.
+#include "cloud/cloud.hpp"
+#include "surface/body.hpp"
+
+namespace calor {
+namespace {
+
+/// Points on walls look from this many spacings inside: from wall to wall across a gap a segment crosses nothing
+/// between its ends, and chords of walls that curve inwards leave the body by less.
+constexpr double skin = 0.1;
+/// Walls farther than this many spacings hide nothing that a method asks about.
+constexpr double farthest = 5;
+
+}  // namespace
+
+void Cloud::open_eyes() {
+  if (!body) return;
+  for (int i = 0; i < local(); ++i) {
+    const double d = spacing[i], far = farthest * d;
+    const auto wall = body->tree().closest(x[i], far);
+    clearance.push_back(wall ? wall->distance : far);
+    inside.push_back(eye_at(x[i], d));
+  }
+}
+
+Vec3 Cloud::eye_at(const Vec3& place, double d) const { return body ? body->moved_inside(place, skin * d) : place; }
+
+bool Cloud::sees(int i, int j) const {
+  if (!body) return true;
+  const auto [first, second] = id[i] < id[j] ? std::pair(i, j) : std::pair(j, i);  // the same answer from both sides
+  const Vec3 way = x[i] - x[j];
+  const double clear = clearance[i] + clearance[j];
+  return dot(way, way) < clear * clear || body->sees(inside[first], inside[second]);
+}
+
+bool Cloud::is_seen_from(const Vec3& eye, int j) const {
+  if (!body) return true;
+  const Vec3 way = x[j] - eye;
+  return dot(way, way) < clearance[j] * clearance[j] || body->sees(eye, inside[j]);
+}
+
+}  // namespace calor
