@@ -11,6 +11,7 @@
 #include "cloud/body_points.hpp"
 #include "cloud/cells.hpp"
 #include "cloud/shapes.hpp"
+#include "surface/part_keys.hpp"
 #include "surface/solid_shapes.hpp"
 
 namespace calor {
@@ -44,7 +45,7 @@ Surface read_surface(const Table& cloud, double least_spacing) {
     cloud.refuse("", "shape = \"surface\" needs to know the body", "add [[cloud.part]] with a file or a shape");
   Surface body;
   for (const Table& table : parts) {
-    const Surface part = solid_shapes().chosen(table, "shape").make(table, chord * least_spacing);
+    const Surface part = place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table);
     if (body.facets.empty()) body.dimension = part.dimension;
     if (part.dimension != body.dimension)
       table.refuse("shape",
@@ -183,10 +184,10 @@ CloudShape surface_shape() {
 }
 
 void declare_surface(Schema& schema) {
-  schema.add({.path = "cloud.part[]",
-              .sentence = "A part of a body of shape = \"surface\".",
-              .keys = {{"shape", Kind::choice, "", "file", "What it is.", solid_shapes().names()},
-                       {"name", Kind::text, "", optional, "Comes before the names of its faces: NAME.FACE."}}});
+  std::vector<Key> keys = placing_keys();
+  keys.insert(keys.begin(), {{"shape", Kind::choice, "", "file", "What it is.", solid_shapes().names()},
+                             {"name", Kind::text, "", optional, "Comes before the names of its faces: NAME.FACE."}});
+  schema.add({.path = "cloud.part[]", .sentence = "A part of a body of shape = \"surface\".", .keys = keys});
   for (const SolidShape& shape : solid_shapes())
     schema.add({.path = "cloud.part[]",
                 .sentence = shape.sentence + ".",

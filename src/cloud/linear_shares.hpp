@@ -13,6 +13,9 @@ class LinearShares {
  public:
   /// Radius of the supports in spacings: wider ones take from the walls, narrower ones see too little.
   static constexpr double radius = 1.8;
+  /// Where there are too few points, they are looked for this much farther, again and again.
+  static constexpr double farther = 1.15;
+  static constexpr int most_steps = 10;
 
   void clear() { ids.clear(), value.clear(), way_.clear(); }
   /// A point at `way` from the place along the axes that are shared over, in spacings, and its whole distance from it

@@ -1,5 +1,3 @@
-#include "cloud/body_measures.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
@@ -7,108 +5,16 @@
 #include <map>
 #include <utility>
 
-#include "cloud/lattice.hpp"
+#include "cloud/body_measures.hpp"
 #include "cloud/linear_shares.hpp"
 
 namespace calor {
 namespace {
 
-/// Where a fit sees too few points, they are looked for this much farther, again and again.
-constexpr double farther = 1.15;
-constexpr int most_steps = 10;
-/// Walls count as passed for what is nearer to them than this, in spacings: points on them, and chords of walls that
-/// curve inwards.
-constexpr double skin = 0.1;
 
 struct Sample {
   Vec3 x;
   double weight;
-};
-
-/// Places in a box: one at random in each of many equal parts of a box that is cut, Gauss points in others.
-void sample(const Body& body, const Box& box, std::uint64_t number, std::vector<Sample>& out) {
-  out.clear();
-  const int D = body.surface().dimension;
-  constexpr std::array<double, 3> place = {0.1127016653792583, 0.5, 0.8872983346207417};
-  constexpr std::array<double, 3> weight = {5. / 18, 4. / 9, 5. / 18};
-  const int per = !box.is_cut ? 3 : D == 3 ? 5 : 10, count = D == 3 ? per * per * per : per * per;
-  for (int n = 0; n < count; ++n) {
-    const std::array<int, 3> k = {n % per, n / per % per, n / (per * per)};
-    const Vec3 random = box.is_cut ? hashed_uniform(number, n) : Vec3{};
-    Sample s{.x = box.low, .weight = 1};
-    for (int a = 0; a < D; ++a) {
-      s.x[a] += box.size * (box.is_cut ? (k[a] + random[a]) / per : place[k[a]]);
-      s.weight *= box.size * (box.is_cut ? 1.0 / per : weight[k[a]]);
-    }
-    if (!box.is_cut || body.tree().is_inside(s.x)) out.push_back(s);
-  }
-}
-
-/// Shares samples of the body among the points that they see.
-class VolumeShares {
- public:
-  VolumeShares(const Body& body, const BodyPoints& points) : body_(body), grid_(points.grid) {
-    for (int i = 0; i < grid_.count(); ++i) {
-      const double d = grid_.spacing(i), sight = 2 * LinearShares::radius * d;
-      const auto wall = body.tree().closest(grid_.x(i), sight);
-      clearance_.push_back(wall ? wall->distance : sight);
-      inside_.push_back(clearance_[i] < skin * d ? body.moved_inside(grid_.x(i), skin * d) : grid_.x(i));
-    }
-  }
-
-  void add(const std::vector<Sample>& samples, std::vector<double>& volume) {
-    places_.clear();
-    for (const Sample& s : samples) {
-      const auto place = std::ranges::find_if(places_, [&](const Place& p) { return body_.sees(p.x, s.x); });
-      Place& from = place == places_.end() ? places_.emplace_back(Place{s.x, {}}) : *place;
-      share(s, from, volume);
-    }
-  }
-
- private:
-  /// A sample, and what is known of the points that it and those around it see.
-  struct Place {
-    Vec3 x;
-    std::map<int, bool> sees;
-  };
-
-  bool is_seen(Place& from, int j, double square) {
-    if (square < clearance_[j] * clearance_[j]) return true;
-    const auto [found, is_new] = from.sees.try_emplace(j, false);
-    if (is_new) found->second = body_.sees(from.x, inside_[j]);
-    return found->second;
-  }
-
-  void share(const Sample& s, Place& from, std::vector<double>& volume) {
-    const int D = body_.surface().dimension;
-    double reach = LinearShares::radius;
-    for (int step = 0; step < most_steps; ++step, reach *= farther) {
-      shares_.clear();
-      grid_.for_each_within(s.x, reach, [&](int j, double square) {
-        if (!is_seen(from, j, square)) return;
-        const double unit = LinearShares::radius / (reach * grid_.spacing(j));
-        shares_.add(j, (1 / grid_.spacing(j)) * (grid_.x(j) - s.x), square * unit * unit);
-      });
-      if (!shares_.solve(D)) continue;
-      for (std::size_t n = 0; n < shares_.ids.size(); ++n) volume[shares_.ids[n]] += s.weight * shares_.value[n];
-      return;
-    }
-    volume[nearest(s.x)] += s.weight;
-  }
-
-  int nearest(const Vec3& x) const {
-    std::pair<double, int> best{1e300, 0};
-    for (double reach = 1; best.first == 1e300; reach *= 2)
-      grid_.for_each_within(x, reach, [&](int j, double square) { best = std::min(best, {square, j}); });
-    return best.second;
-  }
-
-  const Body& body_;
-  const PointGrid& grid_;
-  std::vector<double> clearance_;  // distance to the surface, as far as the points see
-  std::vector<Vec3> inside_;
-  std::vector<Place> places_;
-  LinearShares shares_;
 };
 
 /// Appends triangles with edges of at most `most` that fill a triangle.
@@ -196,7 +102,7 @@ class AreaShares {
   void share(const Sample& s) {
     const PointGrid& grid = points_.grid;
     double reach = LinearShares::radius;
-    for (int step = 0; step < most_steps; ++step, reach *= farther) {
+    for (int step = 0; step < LinearShares::most_steps; ++step, reach *= LinearShares::farther) {
       weights_.clear();
       grid.for_each_within(s.x, reach, [&](int j, double square) {
         if (!is_on_patch(j)) return;
@@ -283,22 +189,6 @@ void require_positive(const BodyPoints& points, std::vector<PatchShare>& shares)
 }
 
 }  // namespace
-
-std::vector<double> body_volumes(const Body& body, const BodyPoints& points, const std::vector<Box>& boxes) {
-  std::vector<double> volume(points.grid.count()), cut(points.grid.count());
-  VolumeShares shares(body, points);
-  std::vector<Sample> samples;
-  double whole = 0, in_cut = 0;
-  std::uint64_t number = 0;
-  for (const Box& box : boxes) {
-    sample(body, box, number++, samples);
-    for (const Sample& s : samples) (box.is_cut ? in_cut : whole) += s.weight;
-    shares.add(samples, box.is_cut ? cut : volume);
-  }
-  const double scale = in_cut > 0 ? (enclosed_volume(body.surface()) - whole) / in_cut : 0;
-  for (std::size_t i = 0; i < volume.size(); ++i) volume[i] += scale * cut[i];
-  return volume;
-}
 
 std::vector<PatchShare> body_areas(const Body& body, const BodyPoints& points) {
   AreaShares areas(body, points);
