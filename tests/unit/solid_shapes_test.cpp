@@ -371,6 +371,25 @@ TEST(SolidShapes, ComeInCopies) {
   EXPECT_EQ(enclosed_volume(part("shape = 'rectangle'\nsize = ['1 m', '1 m']\ncount = 3\nstep = ['2 m', '0 m']")), 3);
 }
 
+TEST(SolidShapes, MayReachIntoTheBoxOfACopyButNotTouchIt) {
+  // An angle of two arms 3 long and 1 wide; the next one lies in its corner.
+  const std::string angle =
+      "shape = 'extrusion'\nheight = '1 m'\nx = ['0 m', '3 m', '3 m', '1 m', '1 m', '0 m']\n"
+      "y = ['0 m', '0 m', '1 m', '1 m', '3 m', '3 m']\ncount = 3\n";
+  EXPECT_NEAR(enclosed_volume(part(angle + "step = ['1.1 m', '1.1 m', '0 m']")), 15, 1e-13);
+  EXPECT_NEAR(enclosed_volume(part("shape = 'disc'\nradius = '1 m'\ncount = 4\nstep = ['1.5 m', '1.5 m']", 0.01)),
+              4 * pi, 1e-3);
+  const auto expect_touching = [](const std::string& keys, const std::string& words) {
+    expect_error([&] { part(keys, 0.1); }, {"part.toml", words, "longer step"});
+  };
+  expect_touching(angle + "step = ['1 m', '1 m', '0 m']", "copy 2 touches the first one");
+  expect_touching(angle + "step = ['0.5 m', '-0.2 m', '0.3 m']", "copy 2 touches the first one");
+  expect_touching("shape = 'box'\nsize = ['1 m', '1 m', '1 m']\ncount = 2\nstep = ['1 m', '0.3 m', '0 m']",
+                  "the shape measures 1 x 1 x 1 m");
+  expect_touching("shape = 'disc'\nradius = '1 m'\ncount = 4\nstep = ['1.3 m', '1.3 m']", "copy 2 touches");
+  expect_touching("shape = 'rectangle'\nsize = ['1 m', '1 m']\ncount = 2\nstep = ['0 m', '-1 m']", "copy 2 touches");
+}
+
 // Refusals -----------------------------------------------------------------------------------------------------------
 
 void expect_refused(const std::string& keys, const std::vector<std::string>& words, double chord = 1) {
