@@ -19,13 +19,13 @@ void add_caps(Surface& surface, const Outline& outline, const std::vector<int>& 
               const std::string& first_name, const std::string& last_name, bool first_is_turned_over) {
   const int first_face = static_cast<int>(surface.faces.size()), last_face = first_face + 1;
   surface.faces.insert(surface.faces.end(), {first_name, last_name});
-  for (const auto& [a, b, c] : triangulate(outline)) {
-    const auto add = [&](const std::vector<int>& vertex, bool turn, int face) {
-      surface.facets.push_back(
-          {turn ? Vertices{vertex[a], vertex[c], vertex[b]} : Vertices{vertex[a], vertex[b], vertex[c]}, face});
-    };
-    add(first, first_is_turned_over, first_face);
-    add(last, !first_is_turned_over, last_face);
+  const auto add = [&](const std::array<int, 3>& corner, const std::vector<int>& vertex, bool turn, int face) {
+    const Vertices out = {vertex[corner[0]], vertex[corner[1]], vertex[corner[2]]};
+    surface.facets.push_back({turn ? Vertices{out[0], out[2], out[1]} : out, face});
+  };
+  for (const std::array<int, 3>& triangle : triangulate(outline)) {
+    add(triangle, first, first_is_turned_over, first_face);
+    add(triangle, last, !first_is_turned_over, last_face);
   }
 }
 
@@ -69,7 +69,7 @@ Contour reversed(Contour contour) {
   std::ranges::reverse(contour.corner);
   std::ranges::reverse(contour.face);
   // Edge n ran to corner n + 1, and begins there now.
-  std::ranges::rotate(contour.face, contour.face.begin() + 1);
+  std::rotate(contour.face.begin(), contour.face.begin() + 1, contour.face.end());
   return contour;
 }
 

@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "case/lengths.hpp"
 #include "surface/outline.hpp"
+#include "surface/surface_tree.hpp"
 
 namespace calor {
 namespace {
@@ -43,6 +46,39 @@ void turn(Surface& surface, const Table& part) {
     for (Vec3& x : surface.vertices) x = turned(x, is_plane ? 2 : static_cast<int>(n), direction(angles[n]));
 }
 
+/// Does the surface touch or cross a copy of itself that is moved by `way`?
+bool touches_copy(const Surface& surface, const SurfaceTree& tree, const Vec3& way, double tolerance) {
+  for (const Vec3& move : {way, -way})
+    for (const Surface::Triangle& facet : surface.facets)
+      for (int n = 0; n < surface.dimension; ++n) {
+        const Vec3 a = surface.vertices[facet.vertex[n]] + move;
+        const Vec3 b = surface.vertices[facet.vertex[(n + 1) % surface.dimension]] + move;
+        if (tree.closest(a, tolerance) || tree.is_crossed(a, b)) return true;
+      }
+  return false;
+}
+
+void refuse_touching_copies(const Surface& surface, const Vec3& step, long count, const Table& part) {
+  Vec3 low = surface.vertices.front(), high = low;
+  for (const Vec3& x : surface.vertices)
+    for (int axis = 0; axis < 3; ++axis) {
+      low[axis] = std::min(low[axis], x[axis]);
+      high[axis] = std::max(high[axis], x[axis]);
+    }
+  const Vec3 extent = high - low;
+  const double tolerance = 1e-9 * norm(extent);
+  const SurfaceTree tree(surface);
+  for (long copy = 1; copy < count; ++copy) {
+    const Vec3 way = static_cast<double>(copy) * step;
+    for (int axis = 0; axis < 3; ++axis)
+      if (std::abs(way[axis]) > extent[axis] + tolerance) return;  // and so is every further one
+    if (touches_copy(surface, tree, way, tolerance))
+      part.refuse(
+          "step", fmt::format("copy {} touches the first one", copy + 1),
+          fmt::format("the shape measures {:g} x {:g} x {:g} m: take a longer step", extent.x, extent.y, extent.z));
+  }
+}
+
 void repeat(Surface& surface, const Table& part) {
   const long count = part.integer("count");
   if (count < 1) part.refuse("count", fmt::format("a count of {}", count), "give at least 1");
@@ -55,6 +91,7 @@ void repeat(Surface& surface, const Table& part) {
   const std::size_t vertices = surface.vertices.size(), facets = surface.facets.size();
   if (static_cast<double>(count) * static_cast<double>(vertices + facets) > std::numeric_limits<std::int32_t>::max())
     part.refuse("count", fmt::format("{} copies of {} facets are too many", count, facets), "give fewer");
+  refuse_touching_copies(surface, step, count, part);
   for (int copy = 1; copy < count; ++copy) {
     for (std::size_t n = 0; n < vertices; ++n) {
       const Vec3 moved = surface.vertices[n] + static_cast<double>(copy) * step;

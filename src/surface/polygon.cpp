@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "surface/plane.hpp"
 
@@ -12,7 +13,7 @@ namespace {
 /// Reads one polygon after the other into an outline.
 class Reader {
  public:
-  Reader(const std::string& axes, const std::vector<std::string>& taken) : axes_(axes), taken_(taken) {}
+  Reader(std::string axes, std::vector<std::string> taken) : axes_(std::move(axes)), taken_(std::move(taken)) {}
 
   /// The polygon of the table; its sides are on `face`, or on side1, side2 ... where it is empty, unless they have
   /// names.

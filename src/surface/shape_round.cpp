@@ -41,22 +41,22 @@ Surface cone_from(const Table& part, double chord) {
   const double bottom = part.number("bottom_radius"), top = part.number("top_radius");
   if (bottom == 0 && top == 0)
     part.refuse("bottom_radius", "both radii of the cone are 0", "give at least one that is positive");
-  Outline outline{.contours = {{}}, .faces = {"side"}};
-  auto& [corner, face] = outline.contours.front();
+  std::vector<std::string> faces = {"side"};
+  Contour contour;
   const auto disc = [&](double radius, double z, const std::string& name) {
     if (radius == 0) return;
-    outline.faces.push_back(name);
-    corner.push_back({radius, z, 0});
-    face.push_back(static_cast<int>(outline.faces.size()) - 1);
+    contour.corner.push_back({radius, z, 0});
+    contour.face.push_back(static_cast<int>(faces.size()));
+    faces.push_back(name);
   };
-  // Down the axis, outwards on the bottom, up the side, inwards on the top.
-  corner.push_back({});
+  // From the axis outwards on the bottom, up the side, inwards on the top, down the axis.
+  contour.corner.push_back({});
   disc(bottom, 0, "bottom");
-  face.push_back(0);
+  contour.face.push_back(0);
   disc(top, h, "top");
-  corner.push_back({0, h, 0});
-  face.push_back(-1);
-  return full_revolution(part, outline, chord);
+  contour.corner.push_back({0, h, 0});
+  contour.face.push_back(-1);
+  return full_revolution(part, {.contours = {contour}, .faces = faces}, chord);
 }
 
 /// Half a circle around the origin from the south pole to the north pole, with chords for a surface that is curved both
@@ -88,20 +88,21 @@ Surface ellipsoid_from(const Table& part, double chord) {
   return out;
 }
 
+Outline hollow_ball(const Radii& radii, double chord) {
+  Contour contour{.corner = half_circle(radii.outer, chord), .face = {}};
+  contour.face.assign(contour.corner.size(), 1);
+  contour.face.back() = -1;
+  const std::vector<Vec3> inside = half_circle(radii.inner, chord);
+  contour.corner.insert(contour.corner.end(), inside.rbegin(), inside.rend());
+  contour.face.insert(contour.face.end(), inside.size(), 0);
+  contour.face.back() = -1;
+  return {.contours = {contour}, .faces = {"inner", "outer"}};
+}
+
 Surface shell_from(const Table& part, double chord) {
   const Radii radii = inner_and_outer(part);
-  Outline outline{.contours = {{}}, .faces = {"inner", "outer"}};
-  auto& [corner, face] = outline.contours.front();
-  located(part.location("outer"), [&] {
-    corner = half_circle(radii.outer, chord);
-    face.assign(corner.size(), 1);
-    face.back() = -1;
-    const std::vector<Vec3> inside = half_circle(radii.inner, chord);
-    corner.insert(corner.end(), inside.rbegin(), inside.rend());
-    face.insert(face.end(), inside.size(), 0);
-    face.back() = -1;
-  });
-  return full_revolution(part, outline, chord / std::sqrt(2));
+  return full_revolution(part, located(part.location("outer"), [&] { return hollow_ball(radii, chord); }),
+                         chord / std::sqrt(2));
 }
 
 std::vector<Key> radii_keys() {

@@ -22,7 +22,8 @@ class Loop {
     // The hole that reaches farthest goes first: nothing but the loop lies beyond it.
     const auto farthest = [&](const std::vector<int>& hole) { return at_[hole.front()].x; };
     for (std::vector<int>& hole : holes_)
-      std::ranges::rotate(hole, std::ranges::max_element(hole, {}, [&](int corner) { return at_[corner].x; }));
+      std::rotate(hole.begin(), std::ranges::max_element(hole, {}, [&](int corner) { return at_[corner].x; }),
+                  hole.end());
     std::ranges::stable_sort(holes_, std::greater(), farthest);
   }
 
