@@ -31,17 +31,25 @@ inline Vec3 closest_on_segment(const Vec3& a, const Vec3& b, const Vec3& x) {
   return along <= 0 ? a : along >= length2 ? b : a + (along / length2) * ab;
 }
 
-/// The foot of x on the plane of the triangle, where it is inside; else the closest place of the edges. So thin
-/// triangles, whose normals tell little, have no other places than their own.
+/// The foot of x on the plane of the triangle, where it is inside; else the closest place of the edges beyond which it
+/// lies. Triangles so thin that their normal is round-off have no other places than those of their edges.
 inline Vec3 closest_on_triangle(const Corners& corners, const Vec3& x) {
   const auto& [a, b, c] = corners;
-  const Vec3 normal = cross(b - a, c - a);
-  const Vec3 xa = a - x, xb = b - x, xc = c - x;
-  const double u = dot(normal, cross(xb, xc)), v = dot(normal, cross(xc, xa)), w = dot(normal, cross(xa, xb));
-  if (u > 0 && v > 0 && w > 0) return (1 / (u + v + w)) * (u * a + v * b + w * c);
-  Vec3 best = closest_on_segment(a, b, x);
-  for (const Vec3& p : {closest_on_segment(b, c, x), closest_on_segment(c, a, x)})
-    if (dot(p - x, p - x) < dot(best - x, best - x)) best = p;
+  const Vec3 ab = b - a, ac = c - a, normal = cross(ab, ac), inwards = cross(normal, a - x);
+  const double n2 = dot(normal, normal);
+  const bool is_thin = n2 < 1e-24 * dot(ab, ab) * dot(ac, ac);
+  // Barycentric coordinates of the foot, times n2.
+  const double w = dot(ab, inwards), v = -dot(ac, inwards), u = n2 - v - w;
+  if (u > 0 && v > 0 && w > 0 && !is_thin) return a + (v / n2) * ab + (w / n2) * ac;
+  Vec3 best = a;
+  double least = dot(a - x, a - x);
+  const auto try_edge = [&](const Vec3& from, const Vec3& to) {
+    const Vec3 p = closest_on_segment(from, to, x);
+    if (const double r2 = dot(p - x, p - x); r2 < least) best = p, least = r2;
+  };
+  if (w <= 0 || is_thin) try_edge(a, b);
+  if (v <= 0 || is_thin) try_edge(c, a);
+  if (u <= 0 || is_thin) try_edge(b, c);
   return best;
 }
 

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <unordered_map>
 
 #include "base/error.hpp"
@@ -50,7 +49,8 @@ class HashGrid {
           for (std::int32_t n = found == last_.end() ? -1 : found->second; n >= 0; n = before_[n]) {
             const Vec3 d = places_[n] - x;
             // Of places equally near the first one, in whatever order they are looked at.
-            if (const double r2 = dot(d, d); r2 < least || (r2 == least && (best < 0 || n < best))) best = n, least = r2;
+            if (const double r2 = dot(d, d); r2 < least || (r2 == least && (best < 0 || n < best)))
+              best = n, least = r2;
           }
         }
     if (best >= 0) return best;
@@ -78,7 +78,7 @@ class HashGrid {
 
   double tolerance_, cell_;
   std::vector<Vec3> places_;
-  std::vector<std::int32_t> before_;                       ///< place of the same key before this one, or -1
+  std::vector<std::int32_t> before_;                      ///< place of the same key before this one, or -1
   std::unordered_map<std::uint64_t, std::int32_t> last_;  ///< place of a key
 };
 
@@ -124,8 +124,8 @@ struct Faults {
   void tell(std::vector<std::string>& out, int dimension, const std::string& what) const {
     if (count == 0) return;
     out.push_back(fmt::format("{} {} {}, at {}{}", count,
-                              dimension == 2 ? (count > 1 ? "corners" : "corner") : (count > 1 ? "edges" : "edge"), what,
-                              fmt::join(places, ", "), count > static_cast<int>(places.size()) ? ", ..." : ""));
+                              dimension == 2 ? (count > 1 ? "corners" : "corner") : (count > 1 ? "edges" : "edge"),
+                              what, fmt::join(places, ", "), count > static_cast<int>(places.size()) ? ", ..." : ""));
   }
 };
 
@@ -160,77 +160,13 @@ void require_closed(const Surface& surface, const SourceLocation& where) {
   std::string cure = "close it in the program it comes from, or make vertices one over a larger distance (weld = 1e-4)";
   if (const int doubled = doubled_facets(surface); doubled > 0) {
     told.push_back(fmt::format("the reason: {} facet{} twice", doubled, doubled > 1 ? "s come" : " comes"));
-    cure = "remove the facets that come twice: a wall has one layer of facets, and bodies that touch are parts of their "
-           "own";
+    cure =
+        "remove the facets that come twice: a wall has one layer of facets, and bodies that touch are parts of their "
+        "own";
   } else if (open.count == 0) {
     cure = "move shells that touch apart, or make them parts of their own";
   }
   throw Error(Fault::bad_case, where, fmt::format("the surface is not closed: {}", fmt::join(told, "; ")), cure);
-}
-
-// Patches ------------------------------------------------------------------------------------------------------------
-
-namespace {
-
-/// Groups that grow together; the lowest member stands for a group.
-class Groups {
- public:
-  explicit Groups(std::size_t count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
-  int root(int n) {
-    while (parent_[n] != n) n = parent_[n] = parent_[parent_[n]];
-    return n;
-  }
-  void join(int a, int b) {
-    a = root(a), b = root(b);
-    parent_[std::max(a, b)] = std::min(a, b);
-  }
-
- private:
-  std::vector<int> parent_;
-};
-
-double diagonal(const Surface& surface) {
-  Vec3 low = surface.vertices.at(0), high = low;
-  for (const Vec3& x : surface.vertices)
-    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
-  return norm(high - low);
-}
-
-}  // namespace
-
-std::vector<int> smooth_patches(const Surface& surface, double angle) {
-  if (surface.facets.empty()) return {};
-  const std::vector<Side> sides = sides_by_edge(surface);
-  const std::size_t count = surface.facets.size();
-  std::vector<double> longest(count);
-  for (const Side& side : sides) longest[side.facet] = std::max(longest[side.facet], length(surface, side));
-  // Coordinates are often rounded to single precision, 6e-8 of the size: by .006 rad and more such facets lean over.
-  const double thin = surface.dimension == 2 ? 0 : 1e-5 * diagonal(surface);
-  std::vector<Vec3> normal(count);  // none: 0
-  for (std::size_t f = 0; f < count; ++f) {
-    const Vec3 area = surface.area(static_cast<int>(f));
-    const double size = norm(area);
-    if (2 * size > thin * longest[f]) normal[f] = (1 / size) * area;
-  }
-  Groups groups(count);
-  for_each_edge(sides, [&](std::span<const Side> meeting) {
-    if (meeting.size() != 2) return;
-    const int f = meeting[0].facet, g = meeting[1].facet;
-    const auto is_thin = [&](int facet) { return normal[facet] == Vec3{}; };
-    if (is_thin(f) || is_thin(g)) {
-      const double edge = length(surface, meeting[0]);
-      if ((is_thin(f) && edge == longest[f]) || (is_thin(g) && edge == longest[g])) groups.join(f, g);
-    } else if (dot(normal[f], normal[g]) > std::cos(angle)) {
-      groups.join(f, g);
-    }
-  });
-  std::vector<int> patch(count);
-  int patches = 0;
-  for (std::size_t f = 0; f < count; ++f) {
-    const int root = groups.root(static_cast<int>(f));
-    patch[f] = root == static_cast<int>(f) ? patches++ : patch[root];
-  }
-  return patch;
 }
 
 }  // namespace calor

@@ -20,10 +20,10 @@ struct Surface {
     std::int32_t face = 0;  ///< index into faces
   };
 
-  int dimension = 3;  ///< 3: triangles; 2: segments, z = 0
-  std::vector<Vec3> vertices;        ///< m
+  int dimension = 3;           ///< 3: triangles; 2: segments, z = 0
+  std::vector<Vec3> vertices;  ///< m
   std::vector<Triangle> facets;
-  std::vector<std::string> faces;    ///< names of the faces of the body
+  std::vector<std::string> faces;  ///< names of the faces of the body
 
   /// Outward area vector of a facet, m^2 (m in the plane).
   Vec3 area(int facet) const {
@@ -57,8 +57,8 @@ void require_closed(const Surface& surface, const SourceLocation& where);
 int orient(Surface& surface);
 
 /// The smooth patch of every facet: facets whose normals turn by less than `angle` (rad) across the edge between them
-/// belong together. Patches are numbered in the order of their first facets. Facets too thin to have a normal go with
-/// the neighbour on their longest edge.
+/// belong together. Patches are numbered in the order of their first facets. Facets too thin to have a normal take
+/// that of a neighbour.
 std::vector<int> smooth_patches(const Surface& surface, double angle);
 
 }  // namespace calor
