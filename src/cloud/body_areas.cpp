@@ -69,7 +69,7 @@ class AreaShares {
     const Surface& surface = body_.surface();
     const Vec3 area = surface.area(facet);
     if (norm(area) == 0) return;
-    facet_ = facet, patch_ = body_.patches().patch[facet];
+    facet_ = facet, patch_ = body_.features().patch[facet];
     normal_ = (1 / norm(area)) * area;
     axes_ = axes_across(normal_, surface.dimension);
     sample_facet(surface, facet, spacing_near(surface.centroid(facet)), samples_);
@@ -95,7 +95,7 @@ class AreaShares {
     if (j >= points_.on_surface()) return false;
     constexpr double same_side = 0.3;
     return std::ranges::any_of(points_.on[j], [&](const BodyPoints::OnPatch& on) {
-      return on.patch == patch_ && dot(on.normal, body_.patches().normal[facet_]) > same_side;
+      return on.patch == patch_ && dot(on.normal, body_.features().normal[facet_]) > same_side;
     });
   }
 

@@ -23,14 +23,14 @@ constexpr int throws = 16;
 class Placer {
  public:
   Placer(const Body& body, const SpacingField& spacing, std::uint64_t seed, const Vec3& low)
-      : body_(body), surface_(body.surface()), patches_(body.patches()), spacing_(spacing), seed_(seed), out_{PointGrid(low), {}, {}} {}
+      : body_(body), surface_(body.surface()), features_(body.features()), spacing_(spacing), seed_(seed), out_{PointGrid(low), {}, {}} {}
 
   void place_corners() {
-    for (const auto& corner : patches_.corners) add_to_line(surface_.vertices[corner.vertex], corner.facets);
+    for (const auto& corner : features_.corners) add_to_line(surface_.vertices[corner.vertex], corner.facets);
   }
 
   void place_along_lines() {
-    for (const auto& line : patches_.lines) place_along(line);
+    for (const auto& line : features_.lines) place_along(line);
   }
 
   /// Nodes of the lattice that lie on a patch.
@@ -45,10 +45,10 @@ class Placer {
     }
   }
 
-  void throw_on_patches() {
+  void throw_on_features() {
     if (surface_.dimension == 2) return;
-    std::vector<std::vector<int>> facets(patches_.count);
-    for (std::size_t f = 0; f < patches_.patch.size(); ++f) facets[patches_.patch[f]].push_back(static_cast<int>(f));
+    std::vector<std::vector<int>> facets(features_.count);
+    for (std::size_t f = 0; f < features_.patch.size(); ++f) facets[features_.patch[f]].push_back(static_cast<int>(f));
     for (const auto& of_patch : facets) throw_on(of_patch);
   }
 
@@ -102,12 +102,12 @@ class Placer {
 
   void put_on(int point, int facet) {
     auto& on = out_.on[point];
-    const int patch = patches_.patch[facet];
+    const int patch = features_.patch[facet];
     if (std::ranges::find(on, patch, &BodyPoints::OnPatch::patch) == on.end())
-      on.push_back({patch, patches_.normal[facet]});
+      on.push_back({patch, features_.normal[facet]});
   }
 
-  void place_along(const SmoothPatches::Line& line) {
+  void place_along(const Features::Line& line) {
     const int sides = static_cast<int>(line.facets.size() / (line.vertices.size() - 1));
     // Places at fine steps, with the number of spacings up to them.
     struct Place {
@@ -142,7 +142,7 @@ class Placer {
 
   /// Adds a point on a facet unless another of its patch is nearer than `apart` spacings.
   void add_to_patch(const Vec3& x, int facet, double apart) {
-    const int patch = patches_.patch[facet];
+    const int patch = features_.patch[facet];
     const double d = spacing_.at(x);
     bool has_room = true;
     out_.grid.for_each_within(x, 1.5 * apart, [&](int j, double square) {
@@ -189,7 +189,7 @@ class Placer {
 
   const Body& body_;
   const Surface& surface_;
-  const SmoothPatches& patches_;
+  const Features& features_;
   const SpacingField& spacing_;
   const std::uint64_t seed_;
   std::uint64_t counter_ = 0;
@@ -247,7 +247,7 @@ BodyPoints make_points(const Body& body, const SpacingField& spacing, const std:
   placer.place_corners();
   placer.place_along_lines();
   placer.place_nodes(boxes);
-  placer.throw_on_patches();
+  placer.throw_on_features();
   if (spacing.is_uniform)
     placer.fill_with_lattice(boxes);
   else

@@ -153,9 +153,9 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
   out.faces = body->surface().faces;
   out.exact.volume = section * enclosed_volume(body->surface());
   out.body = body;
-  std::vector<int> face(body->patches().count);
-  for (std::size_t f = 0; f < body->patches().patch.size(); ++f)
-    face[body->patches().patch[f]] = body->surface().facets[f].face;
+  std::vector<int> face(body->features().count);
+  for (std::size_t f = 0; f < body->features().patch.size(); ++f)
+    face[body->features().patch[f]] = body->surface().facets[f].face;
   const Slice mine = slice(comm, points.grid.count());
   auto share = std::ranges::lower_bound(shares, mine.begin, {}, &PatchShare::point);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {

@@ -1,6 +1,6 @@
 #pragma once
 // A body by its surface: what is inside, and what sees what through it.
-#include "surface/smooth_patches.hpp"
+#include "surface/features.hpp"
 #include "surface/surface.hpp"
 #include "surface/surface_tree.hpp"
 
@@ -15,7 +15,7 @@ class Body {
 
   const Surface& surface() const { return surface_; }
   const SurfaceTree& tree() const { return tree_; }
-  const SmoothPatches& patches() const { return patches_; }
+  const Features& features() const { return features_; }
 
   /// The place moved inwards until it is `depth` (m) away from the surface next to it; itself if it lies deeper.
   Vec3 moved_inside(const Vec3& x, double depth) const;
@@ -26,7 +26,7 @@ class Body {
  private:
   Surface surface_;
   SurfaceTree tree_;
-  SmoothPatches patches_;
+  Features features_;
 };
 
 }  // namespace calor

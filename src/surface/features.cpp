@@ -1,104 +1,25 @@
-#include "surface/smooth_patches.hpp"
+#include "surface/features.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <numeric>
+#include <span>
 #include <utility>
+
+#include "surface/edges.hpp"
 
 namespace calor {
 namespace {
 
 constexpr double smooth = 0.8660254037844387;  // cosine of 30 degrees
-/// Height of a triangle over the size of the surface below which its normal is made of rounding: coordinates in files
-/// have seven digits.
-constexpr double sliver = 2e-5;
-
-/// An edge of two triangles, or a vertex of two segments.
-struct Joint {
-  int a, b;  ///< vertices, a < b; in the plane a == b
-  int facet[2];
-};
-
-std::vector<Joint> joints_of(const Surface& surface) {
-  struct Half {
-    int a, b, facet;
-  };
-  std::vector<Half> halves;
-  for (int f = 0; f < static_cast<int>(surface.facets.size()); ++f) {
-    const auto& v = surface.facets[f].vertex;
-    for (int n = 0; n < surface.dimension; ++n) {
-      const auto [a, b] = surface.dimension == 2 ? std::minmax(v[n], v[n]) : std::minmax(v[n], v[(n + 1) % 3]);
-      halves.push_back({a, b, f});
-    }
-  }
-  std::ranges::sort(halves, {}, [](const Half& h) { return std::pair(h.a, h.b); });
-  std::vector<Joint> joints;
-  for (std::size_t n = 0; n + 1 < halves.size(); n += 2)
-    joints.push_back({halves[n].a, halves[n].b, {halves[n].facet, halves[n + 1].facet}});
-  return joints;
-}
-
-double size_of(const Surface& surface) {
-  Vec3 low = surface.vertices[0], high = low;
-  for (const Vec3& x : surface.vertices)
-    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
-  return norm(high - low);
-}
-
-double length(const Surface& surface, const Joint& joint) {
-  return norm(surface.vertices[joint.b] - surface.vertices[joint.a]);
-}
-
-std::vector<Vec3> normals_of(const Surface& surface, const std::vector<Joint>& joints) {
-  const int count = static_cast<int>(surface.facets.size());
-  std::vector<Vec3> normal(count);
-  std::vector<double> longest(count), height(count);
-  std::vector<int> across(count, -1);
-  for (const Joint& joint : joints)
-    for (int side : {0, 1})
-      if (const int f = joint.facet[side]; length(surface, joint) > longest[f])
-        longest[f] = length(surface, joint), across[f] = joint.facet[1 - side];
-  for (int f = 0; f < count; ++f) {
-    const Vec3 area = surface.area(f);
-    if (norm(area) > 0) normal[f] = (1 / norm(area)) * area;
-    height[f] = longest[f] > 0 ? 2 * norm(area) / longest[f] : 0;
-  }
-  if (surface.dimension == 2) return normal;
-  const double least = sliver * size_of(surface);
-  std::vector<int> slivers;
-  for (int f = 0; f < count; ++f)
-    if (height[f] < least && across[f] >= 0) slivers.push_back(f);
-  // The broadest first: a fan of slivers takes its normal from one neighbour to the next.
-  std::ranges::stable_sort(slivers, std::greater(), [&](int f) { return height[f]; });
-  for (const int f : slivers) normal[f] = normal[across[f]];
-  return normal;
-}
-
-/// Finds the representative of a set.
-int root(std::vector<int>& parent, int f) {
-  while (parent[f] != f) f = parent[f] = parent[parent[f]];
-  return f;
-}
-
-bool is_smooth(const Surface& surface, const SmoothPatches& patches, const Joint& joint) {
-  const auto [f, g] = joint.facet;
-  return surface.facets[f].face == surface.facets[g].face && dot(patches.normal[f], patches.normal[g]) > smooth;
-}
-
-/// Numbers the patches in the order of their first facets.
-void number_patches(const Surface& surface, const std::vector<Joint>& joints, SmoothPatches& out) {
-  std::vector<int> parent(surface.facets.size());
-  std::iota(parent.begin(), parent.end(), 0);
-  for (const Joint& joint : joints)
-    if (is_smooth(surface, out, joint)) {
-      const auto [first, second] = std::minmax(root(parent, joint.facet[0]), root(parent, joint.facet[1]));
-      parent[second] = first;
-    }
-  out.patch.resize(parent.size());
-  for (int f = 0; f < static_cast<int>(parent.size()); ++f) {
-    const int r = root(parent, f);
-    out.patch[f] = r == f ? out.count++ : out.patch[r];
+/// Splits smooth patches by faces, and numbers what results in the order of the first facets.
+void number_patches(const Surface& surface, Features& out) {
+  const std::vector<int> smooth_patch = smooth_patches(surface, std::acos(smooth));
+  std::map<std::pair<int, int>, int> number;
+  for (std::size_t f = 0; f < smooth_patch.size(); ++f) {
+    const auto [found, is_new] = number.try_emplace({smooth_patch[f], surface.facets[f].face}, out.count);
+    out.count += is_new;
+    out.patch.push_back(found->second);
   }
 }
 
@@ -108,21 +29,25 @@ struct Step {
   std::vector<int> facets;
 };
 
-std::vector<Step> steps_of(const Surface& surface, const std::vector<Joint>& joints, const SmoothPatches& patches) {
+std::vector<Step> steps_of(const Surface& surface, const Features& features) {
   std::vector<Step> steps;
   if (surface.dimension == 2) {
     for (int f = 0; f < static_cast<int>(surface.facets.size()); ++f)
       steps.push_back({surface.facets[f].vertex[0], surface.facets[f].vertex[1], {f}});
     return steps;
   }
-  for (const Joint& joint : joints)
-    if (!is_smooth(surface, patches, joint)) steps.push_back({joint.a, joint.b, {joint.facet[0], joint.facet[1]}});
+  for_each_edge(sides_by_edge(surface), [&](std::span<const Side> sides) {
+    const int f = sides.front().facet, g = sides.back().facet;
+    const bool is_smooth =
+        features.patch[f] == features.patch[g] && dot(features.normal[f], features.normal[g]) > smooth;
+    if (!is_smooth) steps.push_back({sides[0].edge[0], sides[0].edge[1], {f, g}});
+  });
   return steps;
 }
 
-std::vector<int> patches_beside(const SmoothPatches& patches, const Step& step) {
+std::vector<int> patches_beside(const Features& features, const Step& step) {
   std::vector<int> beside;
-  for (const int f : step.facets) beside.push_back(patches.patch[f]);
+  for (const int f : step.facets) beside.push_back(features.patch[f]);
   std::ranges::sort(beside);
   return beside;
 }
@@ -130,7 +55,7 @@ std::vector<int> patches_beside(const SmoothPatches& patches, const Step& step) 
 /// Joins steps to lines, from corner to corner, then those that are closed.
 class Tracer {
  public:
-  Tracer(const Surface& surface, std::vector<Step> steps, SmoothPatches& out)
+  Tracer(const Surface& surface, std::vector<Step> steps, Features& out)
       : surface_(surface), steps_(std::move(steps)), used_(steps_.size(), 0), out_(out) {
     for (int s = 0; s < static_cast<int>(steps_.size()); ++s) at_[steps_[s].a].push_back(s), at_[steps_[s].b].push_back(s);
   }
@@ -162,7 +87,7 @@ class Tracer {
 
   void follow(int vertex, int s) {
     if (used_[s]) return;
-    SmoothPatches::Line line{.vertices = {vertex}, .facets = {}};
+    Features::Line line{.vertices = {vertex}, .facets = {}};
     for (;;) {
       used_[s] = 1;
       vertex = steps_[s].a == vertex ? steps_[s].b : steps_[s].a;
@@ -180,18 +105,17 @@ class Tracer {
   std::vector<Step> steps_;
   std::vector<char> used_;
   std::map<int, std::vector<int>> at_;  // steps at every vertex
-  SmoothPatches& out_;
+  Features& out_;
 };
 
 }  // namespace
 
-SmoothPatches smooth_patches(const Surface& surface) {
-  SmoothPatches out;
+Features features_of(const Surface& surface) {
+  Features out;
   if (surface.facets.empty()) return out;
-  const std::vector<Joint> joints = joints_of(surface);
-  out.normal = normals_of(surface, joints);
-  number_patches(surface, joints, out);
-  Tracer(surface, steps_of(surface, joints, out), out).trace();
+  out.normal = facet_normals(surface);
+  number_patches(surface, out);
+  Tracer(surface, steps_of(surface, out), out).trace();
   return out;
 }
 

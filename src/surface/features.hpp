@@ -1,15 +1,15 @@
 #pragma once
-// The smooth pieces of a surface and the lines along which it has an edge. Points go on corners first, then along
-// lines, then on patches; the area of a patch belongs to its points.
+// The features of a surface: its smooth patches, the lines along which it has an edge, and its corners. Points go on
+// corners first, then along lines, then on patches; the area of a patch belongs to its points.
 #include <vector>
 
 #include "surface/surface.hpp"
 
 namespace calor {
 
-/// A patch is what hangs together of one face, across edges at which facets meet at less than 30 degrees. In the plane
-/// a patch is a curve without corners, and is itself a line.
-struct SmoothPatches {
+/// A patch is what is smooth and of one face: facets that meet at less than 30 degrees. In the plane a patch is a curve
+/// without corners, and is itself a line.
+struct Features {
   /// Edges between patches that follow each other, between two corners or around.
   struct Line {
     std::vector<int> vertices;  ///< the first again at the end of a closed one
@@ -22,12 +22,12 @@ struct SmoothPatches {
 
   int count = 0;
   std::vector<int> patch;     ///< of every facet
-  std::vector<Vec3> normal;   ///< unit, outward, of every facet; slivers have that of the facet across their longest edge
+  std::vector<Vec3> normal;   ///< of every facet: see facet_normals
   std::vector<Line> lines;
   std::vector<Corner> corners;  ///< where lines end
 };
 
 /// Of a closed surface.
-SmoothPatches smooth_patches(const Surface& surface);
+Features features_of(const Surface& surface);
 
 }  // namespace calor

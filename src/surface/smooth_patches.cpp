@@ -80,6 +80,10 @@ std::vector<Vec3> normals_of(const Surface& surface, const std::vector<Joint>& j
 
 }  // namespace
 
+std::vector<Vec3> facet_normals(const Surface& surface) {
+  return surface.facets.empty() ? std::vector<Vec3>() : normals_of(surface, joints_of(surface));
+}
+
 std::vector<int> smooth_patches(const Surface& surface, double angle) {
   if (surface.facets.empty()) return {};
   const std::vector<Joint> joints = joints_of(surface);

@@ -56,9 +56,11 @@ void require_closed(const Surface& surface, const SourceLocation& where);
 /// the number of shells in which facets were turned.
 int orient(Surface& surface);
 
+/// Unit outward normal of every facet. Facets too thin to have one take that of a neighbour.
+std::vector<Vec3> facet_normals(const Surface& surface);
+
 /// The smooth patch of every facet: facets whose normals turn by less than `angle` (rad) across the edge between them
-/// belong together. Patches are numbered in the order of their first facets. Facets too thin to have a normal take
-/// that of a neighbour.
+/// belong together. Patches are numbered in the order of their first facets.
 std::vector<int> smooth_patches(const Surface& surface, double angle);
 
 }  // namespace calor

@@ -304,7 +304,7 @@ TEST(WindingNumber, IsThatOfTheSumOverAllFacetsOfASurfaceWithHoles) {
       double sum = 0;
       for (int f = 0; f < static_cast<int>(s.facets.size()); ++f)
         sum += s.dimension == 2 ? angle(corners(s, f), x) / (2 * pi) : solid_angle(corners(s, f), x) / (4 * pi);
-      EXPECT_NEAR(tree.winding_number(x), sum, 0.05);  // dipoles from 2.6 radii
+      EXPECT_NEAR(tree.winding_number(x), sum, 0.1);  // dipoles from 2.6 radii
     }
   }
 }
