@@ -38,6 +38,9 @@ ut_system* units() {
       throw Error(Fault::file, "the unit database of udunits2 cannot be read",
                   "install libudunits2-data or set UDUNITS2_XML_PATH");
     }
+    // It knows a degree and ° only.
+    const Unit degree(ut_parse(read.get(), "degree", UT_UTF8));
+    ut_map_name_to_unit("deg", UT_UTF8, degree.get());
     return read;
   }();
   return system.get();

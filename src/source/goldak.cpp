@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "case/lengths.hpp"
 #include "source/source_profile.hpp"
 
 namespace calor {

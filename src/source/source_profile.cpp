@@ -6,6 +6,8 @@
 #include <cmath>
 #include <numbers>
 
+#include "case/lengths.hpp"
+
 namespace calor {
 
 SourceProfileKind line_profile(), column_profile(), surface_profile(), goldak_profile();
@@ -50,13 +52,6 @@ std::vector<Key> sigma_keys(const std::vector<Key>& others) {
       {"radius", Kind::quantity, "m", optional, "The same as exp(-3 r^2 / radius^2): radius = sqrt(6) sigma."}};
   keys.insert(keys.end(), others.begin(), others.end());
   return keys;
-}
-
-double positive_length(const Table& table, const std::string& key) {
-  const double length = table.number(key);
-  if (!(length > 0))
-    table.refuse(key, fmt::format("{} = {:g} m is not positive", key, length), "give a positive length");
-  return length;
 }
 
 int axis_through(const Table& table, int dimension) {

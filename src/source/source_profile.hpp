@@ -66,8 +66,6 @@ Registry<SourceProfileKind>& source_profiles();
 double sigma_of(const Table& table);
 /// The two keys, before others.
 std::vector<Key> sigma_keys(const std::vector<Key>& others);
-/// A length of the table; refuses one that is not positive.
-double positive_length(const Table& table, const std::string& key);
 /// Axis of a line or column from the key `along`: z in a body of two dimensions or one, the normal of its plane.
 int axis_through(const Table& table, int dimension);
 

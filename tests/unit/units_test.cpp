@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <numbers>
 #include <stdexcept>
 
 namespace calor {
@@ -29,6 +30,8 @@ TEST(Units, AreConvertedToSi) {
   EXPECT_DOUBLE_EQ(to_si(5, "%", ""), 0.05);
   EXPECT_DOUBLE_EQ(to_si(0.5, "", "1"), 0.5);
   EXPECT_DOUBLE_EQ(to_si(1, "degC/s", "K/s"), 1);
+  for (const char* unit : {"deg", "degree", "degrees", "°"})
+    EXPECT_DOUBLE_EQ(to_si(180, unit, "rad"), std::numbers::pi) << unit;
 }
 
 TEST(Units, MayBeWrittenInSeveralWays) {
