@@ -56,9 +56,8 @@ void require_closed(const Surface& surface, const SourceLocation& where);
 /// the number of shells in which facets were turned.
 int orient(Surface& surface);
 
-/// The smooth patch of every facet: facets whose normals turn by less than `angle` (rad) across the edge between them
-/// belong together. Patches are numbered in the order of their first facets. Facets too thin to have a normal take
-/// that of a neighbour.
-std::vector<int> smooth_patches(const Surface& surface, double angle);
+/// Names faces anew: facets whose normals turn by less than `angle` (rad) across the edge between them belong together.
+/// face1 is the largest, then face2, ... Facets too thin to have a normal take that of a neighbour.
+void name_faces_by_angle(Surface& surface, double angle);
 
 }  // namespace calor

@@ -80,20 +80,30 @@ std::vector<Vec3> normals_of(const Surface& surface, const std::vector<Joint>& j
 
 }  // namespace
 
-std::vector<int> smooth_patches(const Surface& surface, double angle) {
-  if (surface.facets.empty()) return {};
+void name_faces_by_angle(Surface& surface, double angle) {
+  surface.faces.clear();
+  if (surface.facets.empty()) return;
   const std::vector<Joint> joints = joints_of(surface);
   const std::vector<Vec3> normal = normals_of(surface, joints);
   Groups groups(normal.size());
   for (const Joint& joint : joints)
     if (dot(normal[joint.f], normal[joint.g]) > std::cos(angle)) groups.join(joint.f, joint.g);
-  std::vector<int> patch(normal.size());
-  int patches = 0;
-  for (std::size_t f = 0; f < patch.size(); ++f) {
-    const int root = groups.root(static_cast<int>(f));
-    patch[f] = root == static_cast<int>(f) ? patches++ : patch[root];
+  std::vector<double> area(normal.size());  // of the groups, at their first facets
+  std::vector<int> first;
+  for (int f = 0; f < static_cast<int>(normal.size()); ++f) {
+    const int root = groups.root(f);
+    if (root == f) first.push_back(f);
+    area[root] += norm(surface.area(f));
   }
-  return patch;
+  // Areas that are equal but for round-off stay in the order of the facets.
+  const double largest = *std::ranges::max_element(area);
+  std::ranges::stable_sort(first, std::greater{}, [&](int f) { return std::round(1e6 * area[f] / largest); });
+  std::vector<std::int32_t> face(normal.size());
+  for (const int f : first) {
+    face[f] = static_cast<std::int32_t>(surface.faces.size());
+    surface.faces.push_back("face" + std::to_string(surface.faces.size() + 1));
+  }
+  for (int f = 0; f < static_cast<int>(normal.size()); ++f) surface.facets[f].face = face[groups.root(f)];
 }
 
 }  // namespace calor
