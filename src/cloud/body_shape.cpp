@@ -12,6 +12,7 @@
 #include "cloud/cells.hpp"
 #include "cloud/shapes.hpp"
 #include "surface/part_keys.hpp"
+#include "surface/polygon.hpp"
 #include "surface/solid_shapes.hpp"
 
 namespace calor {
@@ -194,6 +195,7 @@ void declare_surface(Schema& schema) {
                 .keys = shape.keys,
                 .when_key = "shape",
                 .when_value = shape.name});
+  declare_holes(schema);
   schema.add({.path = "cloud.near[]",
               .sentence = "Finer points on a face of a body of shape = \"surface\".",
               .keys = {{"face", Kind::text, "", required, "Name of the face."},

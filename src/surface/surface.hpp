@@ -63,4 +63,7 @@ std::vector<Vec3> facet_normals(const Surface& surface);
 /// belong together. Patches are numbered in the order of their first facets.
 std::vector<int> smooth_patches(const Surface& surface, double angle);
 
+/// Names faces anew, by smooth patches: face1 is the largest, then face2, ...
+void name_faces_by_angle(Surface& surface, double angle);
+
 }  // namespace calor

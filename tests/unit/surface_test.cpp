@@ -228,18 +228,29 @@ TEST(Orient, TakesShellsThatTouchForNeighbours) {
   EXPECT_NEAR(enclosed_volume(s), 2, 1e-14);
 }
 
-int patches(const std::vector<int>& patch) { return 1 + *std::ranges::max_element(patch); }
-
-TEST(SmoothPatches, EndAtEdgesThatAreSharperThanTheAngle) {
-  const std::vector<int> cube = smooth_patches(unit_cube(), pi / 6);
-  EXPECT_EQ(patches(cube), 6);
-  for (int f = 0; f < 12; ++f) EXPECT_EQ(cube[f], f / 2);
-  EXPECT_EQ(patches(smooth_patches(sphere(8), pi / 6)), 1);
-  EXPECT_EQ(patches(smooth_patches(polygon(13), pi / 6)), 1);   // turns by 27.7 degrees
-  EXPECT_EQ(patches(smooth_patches(polygon(11), pi / 6)), 11);  // by 32.7
+std::size_t faces_by_angle(Surface s) {
+  name_faces_by_angle(s, pi / 6);
+  return s.faces.size();
 }
 
-TEST(SmoothPatches, GoOnAcrossFacetsTooThinForANormal) {
+TEST(FacesByAngle, EndAtEdgesThatAreSharperThanTheAngle) {
+  Surface cube = unit_cube();
+  name_faces_by_angle(cube, pi / 6);
+  EXPECT_EQ(cube.faces, (std::vector<std::string>{"face1", "face2", "face3", "face4", "face5", "face6"}));
+  for (int f = 0; f < 12; ++f) EXPECT_EQ(cube.facets[f].face, f / 2);
+  EXPECT_EQ(faces_by_angle(sphere(8)), 1u);
+  EXPECT_EQ(faces_by_angle(polygon(13)), 1u);   // turns by 27.7 degrees
+  EXPECT_EQ(faces_by_angle(polygon(11)), 11u);  // by 32.7
+}
+
+TEST(FacesByAngle, AreNumberedFromTheLargest) {
+  Surface s = unit_cube();
+  for (Vec3& x : s.vertices) x = {3 * x.x, 2 * x.y, x.z};
+  name_faces_by_angle(s, pi / 6);
+  for (int wall = 0; wall < 6; ++wall) EXPECT_EQ(s.facets[2 * wall].face, (std::array{4, 5, 2, 3, 0, 1})[wall]);
+}
+
+TEST(FacesByAngle, GoOnAcrossFacetsTooThinForANormal) {
   Surface s = unit_cube();
   // A vertex a hair off the diagonal of the first wall makes a thin facet of a normal along that wall.
   const auto [a, b, c] = s.facets[0].vertex;
@@ -256,10 +267,10 @@ TEST(SmoothPatches, GoOnAcrossFacetsTooThinForANormal) {
       break;
     }
   ASSERT_NO_THROW(require_closed(s, here));
-  const std::vector<int> patch = smooth_patches(s, pi / 6);
-  EXPECT_EQ(patches(patch), 6);
-  EXPECT_EQ(patch[12], 0);
-  EXPECT_EQ(patch[13], 0);
+  name_faces_by_angle(s, pi / 6);
+  EXPECT_EQ(s.faces.size(), 6u);
+  EXPECT_EQ(s.facets[12].face, s.facets[0].face);
+  EXPECT_EQ(s.facets[13].face, s.facets[0].face);
 }
 
 TEST(WindingNumber, IsOneInsideAndNoneOutside) {
