@@ -12,18 +12,7 @@
 #include "surface/polygon.hpp"
 
 namespace calor {
-SolidShape solid_rectangle(), solid_polygon(), solid_disc(), solid_annulus(), solid_sector(), solid_box(),
-    solid_cylinder(), solid_tube(), solid_cone(), solid_sphere(), solid_shell(), solid_ellipsoid(), solid_extrusion(),
-    solid_revolution();
 namespace {
-
-const Registry<SolidShape>& shapes() {
-  static const Registry<SolidShape> all = {solid_rectangle(), solid_polygon(),   solid_disc(),     solid_annulus(),
-                                           solid_sector(),    solid_box(),       solid_cylinder(), solid_tube(),
-                                           solid_cone(),      solid_sphere(),    solid_shell(),    solid_ellipsoid(),
-                                           solid_extrusion(), solid_revolution()};
-  return all;
-}
 
 constexpr double pi = std::numbers::pi;
 
@@ -31,10 +20,10 @@ Schema part_schema() {
   Schema schema;
   Section part{.path = "cloud.part[]",
                .sentence = "A part.",
-               .keys = {{"shape", Kind::choice, "", required, "What it is.", shapes().names()}}};
+               .keys = {{"shape", Kind::choice, "", required, "What it is.", solid_shapes().names()}}};
   for (const Key& key : placing_keys()) part.keys.push_back(key);
   schema.add(part);
-  for (const SolidShape& shape : shapes())
+  for (const SolidShape& shape : solid_shapes())
     schema.add({.path = "cloud.part[]",
                 .sentence = shape.sentence,
                 .keys = shape.keys,
@@ -48,7 +37,7 @@ Schema part_schema() {
 Surface part(const std::string& keys, double chord = 1e-3) {
   const Case c = Case::parse("[[cloud.part]]\n" + keys, "part.toml", part_schema());
   const Table table = c.section("cloud").list("part").front();
-  Surface out = place(shapes().chosen(table, "shape").make(table, chord), table);
+  Surface out = place(solid_shapes().chosen(table, "shape").make(table, chord), table);
   require_closed(out, {.file = "part.toml"});
   return out;
 }
