@@ -11,6 +11,8 @@
 namespace calor {
 namespace {
 
+constexpr const char* damaged = "the file may be damaged: write it anew";
+
 enum class Type { int8, uint8, int16, uint16, int32, uint32, float32, float64 };
 
 struct Property {
@@ -52,7 +54,7 @@ Header read_header(Words& words) {
   while (words.next_line()) {
     const std::string_view keyword = words.next_on_line();
     if (keyword == "end_header") {
-      if (!has_format) words.refuse("the header has no format", "it may be damaged: write it anew");
+      if (!has_format) words.refuse("the header has no format", damaged);
       words.next_line();
       return header;
     }
@@ -68,10 +70,10 @@ Header read_header(Words& words) {
     } else if (keyword == "element") {
       const std::string name(words.next_on_line());
       const std::int64_t count = words.integer(words.next_on_line());
-      if (count < 0) words.refuse(fmt::format("{} elements '{}'", count, name), "it may be damaged: write it anew");
+      if (count < 0) words.refuse(fmt::format("{} elements '{}'", count, name), damaged);
       header.elements.push_back({name, count, {}});
     } else if (keyword == "property") {
-      if (header.elements.empty()) words.refuse("a property of no element", "it may be damaged: write it anew");
+      if (header.elements.empty()) words.refuse("a property of no element", damaged);
       Property property;
       std::string_view type = words.next_on_line();
       if (type == "list") {
@@ -142,16 +144,18 @@ class Values {
   std::size_t at_;
 };
 
+/// A whole number of 32 bits; both counts of lists and their values are such.
+std::int32_t whole_number(Values& values, Type type) {
+  const double value = values.next(type);
+  if (!(std::abs(value) < 2147483648.0) || value != std::floor(value))
+    values.refuse(fmt::format("{} where a number of vertices or of a vertex should come", value), damaged);
+  return static_cast<std::int32_t>(value);
+}
+
 std::vector<std::int32_t> read_list(Values& values, const Property& property) {
-  const double count = values.next(*property.count);
-  if (!(count >= 0)) values.refuse(fmt::format("a list of {} values", count), "it may be damaged: write it anew");
   std::vector<std::int32_t> list;  // grows with what is there: the count may be nonsense
-  for (double n = 0; n < count; ++n) {
-    const double value = values.next(property.type);
-    if (!(std::abs(value) < 2147483648.0) || value != std::floor(value))
-      values.refuse(fmt::format("{} is no number of a vertex", value), "it may be damaged: write it anew");
-    list.push_back(static_cast<std::int32_t>(value));
-  }
+  for (std::int32_t left = whole_number(values, *property.count); left > 0; --left)
+    list.push_back(whole_number(values, property.type));
   return list;
 }
 
@@ -175,7 +179,7 @@ void read_element(Values& values, const Element& element, Surface& surface) {
       if (is_face && is_corners(property)) {
         add_polygon(surface, read_list(values, property), face, values.location());
       } else if (property.count) {
-        for (double left = values.next(*property.count); left > 0; --left) values.next(property.type);
+        for (std::int32_t left = whole_number(values, *property.count); left > 0; --left) values.next(property.type);
       } else {
         const double value = values.next(property.type);
         const int axis = is_vertex ? axis_of(property) : -1;
@@ -215,8 +219,7 @@ Surface read_ply(const std::string& path, std::string_view contents) {
     for (const std::int32_t vertex : surface.facets[f].vertex)
       if (vertex < 0 || vertex >= count)
         throw Error(Fault::bad_case, SourceLocation{.file = path, .line = 0, .column = 0},
-                    fmt::format("facet {} has vertex {}, but there are {}, counted from 0", f, vertex, count),
-                    "it may be damaged: write it anew");
+                    fmt::format("facet {} has vertex {}, but there are {}, counted from 0", f, vertex, count), damaged);
   if (surface.facets.empty()) words.refuse("the file has no facets", "export the surface again");
   return surface;
 }

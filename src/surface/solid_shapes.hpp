@@ -13,8 +13,8 @@ namespace calor {
 struct SolidShape {
   std::string name, sentence;
   std::vector<Key> keys;  ///< in [[cloud.part]]
-  /// `chord`: how long facets on curved faces may be, m. The surface is closed, its facets point outwards; it lies where
-  /// the shape has its origin, and place() of part_keys.hpp moves it. Throws Error(bad_case).
+  /// `chord`: how long facets on curved faces may be, m. The surface is closed, its facets point outwards; it lies
+  /// where the shape has its origin, and place() of part_keys.hpp moves it. Throws Error(bad_case).
   Surface (*make)(const Table& part, double chord);
 };
 Registry<SolidShape>& solid_shapes();

@@ -138,7 +138,7 @@ int doubled_facets(const Surface& surface) {
     std::ranges::sort(corners.back());
   }
   std::ranges::sort(corners);
-  return static_cast<int>(std::ranges::unique(corners).size());
+  return static_cast<int>(corners.end() - std::unique(corners.begin(), corners.end()));
 }
 
 }  // namespace

@@ -70,7 +70,7 @@ std::string obj(const Surface& s) {
   out += "vn 0 0 1\n";
   for (const auto& facet : s.facets) {
     out += "g " + s.faces[facet.face] + "\nf";
-    for (const auto v : facet.vertex) out += " " + std::to_string(v + 1) + "//1";
+    for (const auto v : facet.vertex) out.append(" ").append(std::to_string(v + 1)).append("//1");
     out += "\r\n";
   }
   return out;
@@ -88,7 +88,7 @@ std::string ply_text(const Surface& s) {
   for (const Vec3& x : s.vertices) out += "255 " + text_of(x) + "\n";
   for (const auto& facet : s.facets) {
     out += "3";
-    for (const auto v : facet.vertex) out += " " + std::to_string(v);
+    for (const auto v : facet.vertex) out.append(" ").append(std::to_string(v));
     out += " 1 0.5\n";
   }
   return out;
