@@ -23,7 +23,7 @@ constexpr int throws = 16;
 class Placer {
  public:
   Placer(const Body& body, const SpacingField& spacing, std::uint64_t seed, const Vec3& low)
-      : body_(body), surface_(body.surface()), features_(body.features()), spacing_(spacing), seed_(seed), out_{PointGrid(low), {}, {}} {}
+      : body_(body), surface_(body.surface()), features_(body.features()), spacing_(spacing), seed_(seed), low_(low), out_{PointGrid(low), {}, {}} {}
 
   void place_corners() {
     for (const auto& corner : features_.corners) add_to_line(surface_.vertices[corner.vertex], corner.facets);
@@ -75,6 +75,34 @@ class Placer {
         if (body_.tree().closest(x, margin * d) || (box.is_cut && !body_.tree().is_inside(x))) continue;
         add_inside(x, d, apart, false);
       }
+    }
+  }
+
+  /// Lets the points inside push each other apart, so that their distances become more alike; those on the surface
+  /// stay.
+  void relax() {
+    constexpr int sweeps = 20;
+    constexpr double reach = 1.4, step = 0.3, farthest = 0.15;  // in spacings
+    for (int sweep = 0; sweep < sweeps; ++sweep) {
+      PointGrid moved(low_);
+      for (int i = 0; i < out_.grid.count(); ++i) {
+        const Vec3 x = out_.grid.x(i);
+        const double d = out_.grid.spacing(i);
+        if (i < out_.on_surface()) {
+          moved.add(x, d);
+          continue;
+        }
+        Vec3 push;
+        out_.grid.for_each_within(x, 1.5 * reach, [&](int j, double square) {
+          const double q = std::sqrt(square) / (0.5 * (d + out_.grid.spacing(j)));
+          if (q < reach && j != i) push += (1 - q / reach) * (1 - q / reach) / std::sqrt(square) * (x - out_.grid.x(j));
+        });
+        const double length = step * norm(push);
+        const Vec3 to = x + (d * (length > farthest ? farthest / norm(push) : step)) * push;
+        const bool stays = body_.tree().closest(to, margin * d).has_value();
+        moved.add(stays ? x : to, stays ? d : spacing_.at(to));
+      }
+      out_.grid = std::move(moved);
     }
   }
 
@@ -192,6 +220,7 @@ class Placer {
   const Features& features_;
   const SpacingField& spacing_;
   const std::uint64_t seed_;
+  const Vec3 low_;
   std::uint64_t counter_ = 0;
   BodyPoints out_;
 };
@@ -248,10 +277,12 @@ BodyPoints make_points(const Body& body, const SpacingField& spacing, const std:
   placer.place_along_lines();
   placer.place_nodes(boxes);
   placer.throw_on_features();
-  if (spacing.is_uniform)
+  if (spacing.is_uniform) {
     placer.fill_with_lattice(boxes);
-  else
+  } else {
     placer.throw_inside(boxes);
+    placer.relax();
+  }
   return placer.take();
 }
 

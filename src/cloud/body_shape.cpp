@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "base/parallel.hpp"
@@ -36,9 +37,9 @@ void append(const Surface& part, const std::string& name, Surface& body) {
   }
 }
 
-/// How long facets on curved faces may be, in spacings: they stay within a thousandth of a spacing of faces that curve
-/// with a radius of ten spacings.
-constexpr double chord = 0.25;
+/// How long facets on curved faces may be, in spacings: they stay within 1.5 thousandths of a spacing of faces that
+/// curve with a radius of ten spacings.
+constexpr double chord = 0.35;
 
 Surface read_surface(const Table& cloud, double least_spacing) {
   const std::vector<Table> parts = cloud.list("part");
@@ -60,31 +61,53 @@ Surface read_surface(const Table& cloud, double least_spacing) {
   return body;
 }
 
-/// A finer spacing on some face, which grows away from it.
+/// A finer spacing on a face or at a place, which grows away from it.
 struct Refinement {
   double spacing, growth;
-  std::shared_ptr<const Surface> face;
-  std::shared_ptr<const SurfaceTree> tree;
+  Vec3 at;                                 ///< or
+  std::shared_ptr<const Surface> face = {};
+  std::shared_ptr<const SurfaceTree> tree = {};
+
+  /// Distance from it, m, if it is below `bound`.
+  std::optional<double> distance(const Vec3& x, double bound) const {
+    if (!tree) return norm(x - at) < bound ? std::optional(norm(x - at)) : std::nullopt;
+    const auto near = tree->closest(x, bound);
+    return near ? std::optional(near->distance) : std::nullopt;
+  }
 };
+
+void find_face(const Table& table, const Surface& body, Refinement& out) {
+  const auto face = std::ranges::find(body.faces, table.text("face"));
+  if (face == body.faces.end())
+    table.refuse("face", fmt::format("'{}' is not a face of the body", table.text("face")),
+                 fmt::format("its faces are {}", fmt::join(body.faces, ", ")));
+  auto only = std::make_shared<Surface>(body);
+  std::erase_if(only->facets, [&](const Surface::Triangle& f) { return f.face != face - body.faces.begin(); });
+  out.tree = std::make_shared<SurfaceTree>(*only);
+  out.face = std::move(only);
+}
 
 std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body) {
   std::vector<Refinement> out;
   for (const Table& table : cloud.list("near")) {
-    const auto face = std::ranges::find(body.faces, table.text("face"));
-    if (face == body.faces.end())
-      table.refuse("face", fmt::format("'{}' is not a face of the body", table.text("face")),
-                   fmt::format("its faces are {}", fmt::join(body.faces, ", ")));
     if (!(table.number("spacing") > 0))
       table.refuse("spacing", fmt::format("a spacing of {} m is not positive", table.number("spacing")),
                    "give a positive one");
     const double growth = table.number("growth");
     if (!(growth > 0 && growth <= 1))
       table.refuse("growth", fmt::format("growth = {:g}", growth), "give more than 0 and at most 1: 0.2 suits most");
-    auto only = std::make_shared<Surface>(body);
-    std::erase_if(only->facets,
-                  [&](const Surface::Triangle& f) { return f.face != face - body.faces.begin(); });
-    auto tree = std::make_shared<SurfaceTree>(*only);
-    out.push_back({table.number("spacing"), growth, std::move(only), std::move(tree)});
+    if (table.has("face") == table.has("at"))
+      table.refuse("", "finer points need to know near what", "give either face = \"...\" or at = [...]");
+    Refinement& refined = out.emplace_back(table.number("spacing"), growth);
+    if (table.has("face")) {
+      find_face(table, body, refined);
+      continue;
+    }
+    const std::vector<double> at = table.numbers("at");
+    if (static_cast<int>(at.size()) != body.dimension)
+      table.refuse("at", fmt::format("a place of {} coordinates in a body of {} dimensions", at.size(), body.dimension),
+                   "give one coordinate an axis");
+    for (int a = 0; a < body.dimension; ++a) refined.at[a] = at[a];
   }
   return out;
 }
@@ -106,8 +129,8 @@ SpacingField spacing_field(const Table& cloud, const Surface& body) {
               [spacing, refined = std::move(refined)](const Vec3& x) {
                 double least = spacing;
                 for (const Refinement& r : refined) {
-                  const auto near = r.tree->closest(x, std::max(0.0, (least - r.spacing) / r.growth));
-                  if (near) least = std::min(least, r.spacing + r.growth * near->distance);
+                  const auto distance = r.distance(x, std::max(0.0, (least - r.spacing) / r.growth));
+                  if (distance) least = std::min(least, r.spacing + r.growth * *distance);
                 }
                 return least;
               },
@@ -197,10 +220,11 @@ void declare_surface(Schema& schema) {
                 .when_value = shape.name});
   declare_holes(schema);
   schema.add({.path = "cloud.near[]",
-              .sentence = "Finer points on a face of a body of shape = \"surface\".",
-              .keys = {{"face", Kind::text, "", required, "Name of the face."},
-                       {"spacing", Kind::quantity, "m", required, "Distance of the points on the face."},
-                       {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from the face."}}});
+              .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
+              .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},
+                       {"at", Kind::quantities, "m", optional, "the place, one coordinate an axis."},
+                       {"spacing", Kind::quantity, "m", required, "Distance of the points there."},
+                       {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from there."}}});
 }
 
 }  // namespace calor

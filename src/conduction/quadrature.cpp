@@ -99,6 +99,8 @@ CellQuadrature gauss_points(const Cloud& cloud) {
         const double sign = q >> a & 1 ? 1 : -1;
         for (int b = 0; b < D; ++b) x[b] += sign * root(b, a);
       }
+      // Cells are not convex at edges that point into the body.
+      for (int halving = 0; halving < 10 && !cloud.is_seen_from(x, i); ++halving) x = 0.5 * (x + cloud.inside[i]);
       points.x.push_back(x);
       points.tag.push_back(cloud.tag[i]);
       points.volume.push_back(cloud.volume[i] / corners);
