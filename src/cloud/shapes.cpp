@@ -12,7 +12,7 @@
 #include "cloud/lattice.hpp"
 
 namespace calor {
-CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape();
+CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(), mesh_shape();
 
 Registry<CloudShape>& cloud_shapes() {
   static Registry<CloudShape> all = {box_shape(),  disc_shape(), cylinder_shape(),
