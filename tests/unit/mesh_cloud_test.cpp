@@ -8,6 +8,7 @@
 
 #include "case_models.hpp"
 #include "cloud/shapes.hpp"
+#include "cloud/simplices.hpp"
 #include "mesh/mesh.hpp"
 #include "results.hpp"
 
@@ -321,6 +322,31 @@ TEST(MeshCloud, DrawsNodesFarNearerThanTheRestIntoOneAnother) {
   EXPECT_NEAR(enclosed(p), 16, 1e-13);
   EXPECT_NEAR(norm(sum_of_areas(p)), 0, 1e-14);
   expect_words(p.notes.at(0), {"2 nodes", "0.4 spacings"});
+}
+
+TEST(MeshCloud, FillsTheBodyAsBeforeWhereNearNodesOfTetrahedraGo) {
+  const Simplices cut = make_simplices(cubes(3), 1, {});
+  std::vector<Vec3> x = cut.x;
+  std::vector<std::vector<int>> cells;
+  for (std::size_t t = 0; t < cut.simplices.size(); ++t) {
+    const auto& n = cut.simplices[t].node;
+    cells.push_back({n[0], n[1], n[2], n[3]});
+    if (t % 15 != 0) continue;
+    // A node inside, near the first corner, splits it into four.
+    const int more = static_cast<int>(x.size());
+    x.push_back(0.91 * x[n[0]] + 0.03 * (x[n[1]] + x[n[2]] + x[n[3]]));
+    cells.back()[0] = more;
+    for (int k = 1; k < 4; ++k) {
+      cells.push_back({n[0], n[1], n[2], n[3]});
+      cells.back()[k] = more;
+    }
+  }
+  ASSERT_GT(x.size(), 70u);
+  const Points p = points_of(mesh_of(x, ElementShape::tetrahedron, cells));
+  EXPECT_EQ(p.points.size(), 64u);
+  EXPECT_NEAR(total_volume(p), 27, 1e-12);
+  EXPECT_NEAR(enclosed(p), 27, 1e-12);
+  EXPECT_NEAR(norm(sum_of_areas(p)), 0, 1e-13);
 }
 
 TEST(MeshCloud, RefusesWhatIsNoBody) {
