@@ -132,6 +132,7 @@ Points mesh_points(MPI_Comm comm, const Mesh& mesh, double unit, const std::func
   const auto count = static_cast<std::int64_t>(body.x.size());
   const Slice mine = slice(comm, count);
   std::vector<int> tag;
+  tag.reserve(name.size());
   for (const int n : name) tag.push_back(tags(n, mesh.names[n]));
   out.tags = tags.list;
 

@@ -56,7 +56,8 @@ class Collapser {
         }
     const auto ends = [](const Edge& e) { return std::pair(e.a, e.b); };
     std::ranges::sort(edges, {}, ends);
-    edges.erase(std::ranges::unique(edges, {}, ends).begin(), edges.end());
+    const auto same = [&](const Edge& e, const Edge& f) { return ends(e) == ends(f); };
+    edges.erase(std::unique(edges.begin(), edges.end(), same), edges.end());
     // In meshes of good simplices the mean edge of a node is 1.2 spacings long, as some of them are diagonals.
     std::vector<double> sum(x_.size()), count(x_.size());
     for (const auto& [a, b, length] : edges)

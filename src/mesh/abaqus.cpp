@@ -95,7 +95,7 @@ class AbaqusReader {
     return {};
   }
   static std::string add(Sets& sets, const std::string& name) {
-    const std::string key = upper(name);
+    std::string key = upper(name);
     sets.try_emplace(key, Set{name, {}});
     return key;
   }

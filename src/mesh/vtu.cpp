@@ -223,6 +223,7 @@ class VtuReader {
     const auto bad = [&](const std::string& what) { file_.refuse_at(piece.written, what, cure_by_paraview); };
     if (x.size() % 3 != 0 || ends.size() != types.size()) bad("arrays of a piece that do not fit one another");
     const auto first = static_cast<std::int32_t>(mesh_.x.size());
+    const double points = static_cast<double>(x.size()) / 3;
     for (std::size_t n = 0; n < x.size(); n += 3) {
       if (!std::isfinite(x[n] + x[n + 1] + x[n + 2])) bad("a point without a finite place");
       mesh_.label.push_back(static_cast<std::int64_t>(mesh_.x.size()));
@@ -243,7 +244,7 @@ class VtuReader {
         MeshElement e{.shape = known->second.shape};
         for (int k = 0; k < corners_of(e.shape); ++k) {
           const double node = nodes[begin + known->second.corner[k]];
-          if (!(node >= 0 && node < static_cast<double>(x.size() / 3))) bad("a cell with a node that the file has not");
+          if (!(node >= 0 && node < points)) bad("a cell with a node that the file has not");
           e.node[k] = first + static_cast<std::int32_t>(node);
         }
         if (groups) e.name = mesh_.name_index(fmt::format("{}", static_cast<std::int64_t>((*groups)[c])));
