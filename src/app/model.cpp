@@ -6,7 +6,6 @@
 #include <iterator>
 #include <limits>
 
-#include "base/csv.hpp"
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
@@ -91,21 +90,11 @@ double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
 
 /// Notes what a user should know of a cloud that a file describes, and returns what is wrong with its surface.
 /// Collective; throws Error.
-std::vector<std::string> add_remarks_on_file(const Case& c, Model& m) {
+std::vector<std::string> add_remarks_on_file(Model& m) {
   const Cloud& cloud = *m.cloud;
   const std::vector<std::string> remarks = remarks_on_surface(cloud);
   m.notes = remarks;
-  bool is_flat = false;
-  collective_try(cloud.comm, [&] {
-    const CsvReader csv(c.section("cloud").file("file"));
-    is_flat = cloud.dimension < 3 && csv.find({"xyz"[cloud.dimension]}) >= 0;
-  });
-  if (is_flat)
-    m.notes.push_back(cloud.dimension == 2
-                          ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m",
-                                        cloud.cross_section)
-                          : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2",
-                                        cloud.cross_section));
+  std::ranges::copy(cloud.notes, std::back_inserter(m.notes));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
   return remarks;
@@ -140,7 +129,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   std::erase_if(cracks, [](const Crack& crack) { return crack.fails(); });
   if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
-  if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(c, m); });
+  if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(m); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;
   phases.measure("conditions", [&] {

@@ -44,14 +44,17 @@ std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
   const Vec3 middle = 0.5 * (box.low + box.high);
   constexpr int columns = 7;  // D V, x.A at the points, y |A| beyond them, |A|, A
   std::vector<double> rows(columns * static_cast<std::size_t>(cloud.owned));
-  for (int i = 0; i < cloud.owned; ++i) rows[columns * static_cast<std::size_t>(i)] = cloud.dimension * cloud.volume[i];
+  for (int i = 0; i < cloud.owned; ++i) {
+    double* row = rows.data() + columns * static_cast<std::size_t>(i);
+    const Vec3 A = cloud.whole ? cloud.whole->area[i] : cloud.area[i];
+    row[0] = cloud.dimension * cloud.volume[i];
+    row[1] = dot(cloud.x[i] - middle, A);
+    row[4] = A.x, row[5] = A.y, row[6] = A.z;
+  }
   for (const Facet& facet : cloud.facets) {
     double* row = rows.data() + columns * static_cast<std::size_t>(facet.point);
-    const Vec3 A = facet.area * facet.normal;
-    row[1] += dot(cloud.x[facet.point] - middle, A);
     row[2] += facet.area * wall_distance(cloud, facet);
     row[3] += facet.area;
-    row[4] += A.x, row[5] += A.y, row[6] += A.z;
   }
   const std::vector<double> s = sums(cloud.comm, rows, columns);
   const std::int64_t pieces = total(cloud.comm, static_cast<std::int64_t>(cloud.facets.size()));

@@ -100,6 +100,7 @@ struct Cloud {
   bool points_on_walls = true;  ///< false: cell-centred
   bool has_areas = true;        ///< false: a bare CSV without boundary areas
   ExactBody exact;
+  std::vector<std::string> notes;  ///< what a user should know of the cloud, the same on all ranks
   /// Volumes and area vectors of the body before cracks, which end cells: weights are made for the whole body first and
   /// cut then. Null: there are no such cracks.
   struct Measures {

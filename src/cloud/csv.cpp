@@ -145,6 +145,12 @@ void drop_flat_axes(MPI_Comm comm, const std::string& file, Points& out) {
   }
 }
 
+std::string note_on_flat_axes(const Points& out) {
+  return out.dimension == 2
+             ? fmt::format("all points have z = 0: a body of 2 dimensions with a thickness of {:g} m", out.section)
+             : fmt::format("all points lie on a line: a body of 1 dimension with a section of {:g} m^2", out.section);
+}
+
 /// The part of a full cell that lies inside the body, of a point on the walls whose pieces of surface these are: by the
 /// angle between two, half of the rest for every further direction.
 double share_inside(std::span<const SurfacePiece> pieces) {
@@ -158,9 +164,11 @@ double share_inside(std::span<const SurfacePiece> pieces) {
   return std::max(angle / (2 * std::numbers::pi), 0.05) * std::pow(0.5, static_cast<double>(normals.size()) - 2);
 }
 
-/// Spacings by the full cells, as if the points lay on the walls; settle_walls knows more, once the points have
+/// Spacings by the full cells, as if the points lay on the walls; settle_spacings knows more, once the points have
 /// neighbours.
 void estimate_spacings(Points& out) {
+  out.estimated_spacings = true;
+  out.knows_walls = false;
   std::size_t next = 0;
   for (Point& p : out.points) {
     const auto pieces = std::span(out.facets).subspan(next, p.facets);
@@ -184,8 +192,10 @@ Points read_points(MPI_Comm comm, const std::string& file, const std::function<d
     out.has_areas = !columns.segments.empty();
     read_rows(csv, columns, out, tags, faces);
   });
+  const int columns = out.dimension;
   drop_flat_axes(comm, file, out);
   out.section = section(out.dimension);
+  if (out.dimension < columns) out.notes.push_back(note_on_flat_axes(out));
   estimate_spacings(out);
 
   out.tags = gather_words(comm, {tags.list.begin(), tags.list.end()});

@@ -216,6 +216,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.points_on_walls = points.points_on_walls;
   cloud.has_areas = points.has_areas;
   cloud.exact = points.exact;
+  cloud.notes = std::move(points.notes);
   complete_metric(points.points, cloud.dimension);
   const auto is_isotropic = [](const Point& p) { return p.metric == Vec3{p.spacing, p.spacing, p.spacing}; };
   cloud.isotropic = !any(comm, !std::ranges::all_of(points.points, is_isotropic));
@@ -238,6 +239,39 @@ Cloud distribute(MPI_Comm comm, Points points, const Support& support) {
   double spacing = 0;
   for (const Point& p : points.points) spacing = std::max(spacing, p.spacing);
   return distribute(comm, std::move(points), support.radius(max(comm, spacing)), support);
+}
+
+Points owned_points(const Cloud& cloud) {
+  Points out;
+  out.dimension = cloud.dimension;
+  out.section = cloud.cross_section;
+  out.faces = cloud.faces;
+  out.tags = cloud.tags;
+  out.lattice = cloud.lattice;
+  out.rings = cloud.rings;
+  out.walls = cloud.walls;
+  out.box_lattice = cloud.box_lattice;
+  out.nearest_volumes = cloud.nearest_volumes;
+  out.points_on_walls = cloud.points_on_walls;
+  out.has_areas = cloud.has_areas;
+  out.exact = cloud.exact;
+  out.notes = cloud.notes;
+  out.points.reserve(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i)
+    out.points.push_back({.id = cloud.id[i],
+                          .x = cloud.x[i],
+                          .volume = cloud.volume[i],
+                          .full_volume = cloud.full_volume[i],
+                          .spacing = cloud.spacing[i],
+                          .area = cloud.area[i],
+                          .metric = cloud.metric[i],
+                          .on_faces = cloud.on_faces[i],
+                          .tag = cloud.tag[i]});
+  for (const Facet& facet : cloud.facets) {
+    ++out.points[facet.point].facets;
+    out.facets.push_back({.face = facet.face, .area = facet.area, .normal = facet.normal});
+  }
+  return out;
 }
 
 }  // namespace calor

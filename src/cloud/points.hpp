@@ -51,6 +51,10 @@ struct Points {
   /// Of jittered points on walls: whose volumes may be made exact for linear functions, too.
   std::shared_ptr<const Lattice> jittered = nullptr;
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;
+  /// Spacings are estimates, which settle_spacings improves; without `knows_walls` it is not known either whether the
+  /// points lie on the walls, nor whether all walls are there.
+  bool estimated_spacings = false, knows_walls = true;
+  std::vector<std::string> notes;  ///< what a user should know, the same on all ranks
   ExactBody exact;
 
   /// Adds a piece of a plane face to the last point.
@@ -76,14 +80,20 @@ Cloud distribute(MPI_Comm comm, Points points, double support);
 /// The same with the ghosts j for which an owned point i lies within the ellipsoid support.radius((s_i + s_j) / 2): on
 /// graded clouds far fewer than within the largest support.
 Cloud distribute(MPI_Comm comm, Points points, const Support& support);
+/// The owned points of a cloud, to be distributed anew.
+Points owned_points(const Cloud& cloud);
 
 /// The face of walls that a cloud from elsewhere does not describe.
 constexpr const char* undescribed_face = "undescribed";
 
-/// Finds out whether the points of a cloud from elsewhere lie on its walls, and sets what follows from it: spacings and
-/// full cells of the points at the surface. Where its surface encloses far less than its volumes, walls that no piece
-/// describes get pieces of `undescribed_face`. Collective.
+/// Finds out whether the points of a cloud from elsewhere lie on its walls. Where its surface encloses far less than
+/// its volumes, walls that no piece describes get pieces of `undescribed_face`. Collective.
 void settle_walls(Cloud& cloud);
+
+/// Spacings by the distances between the points, for those of a cloud from elsewhere that have estimates only: exactly
+/// that of a lattice, at its walls and corners too. Sets full cells of the points at the surface as well; settle_walls
+/// where the walls are not known. The points change ranks. Collective; throws Error.
+Points settle_spacings(MPI_Comm comm, Points points);
 
 /// What a user should know of the volumes and areas of a cloud from elsewhere: a surface that does not close, volumes
 /// that are not those the surface encloses. Refuses areas that point inwards. Collective; throws Error.

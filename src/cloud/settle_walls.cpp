@@ -140,47 +140,21 @@ void close_surface(Cloud& cloud) {
   for (int j = cloud.owned; j < cloud.local(); ++j) cloud.on_faces[j] = static_cast<std::uint32_t>(on_faces[j]);
 }
 
-/// Spacings and full cells of the points at the surface. Collective.
-void settle_spacings(Cloud& cloud) {
-  const auto set_spacing = [&](int i, double d) {
-    cloud.spacing[i] = d;
-    cloud.metric[i] = {d, d, d};
-  };
-  if (!cloud.points_on_walls) {
-    for (const Facet& facet : cloud.facets) {
-      const int i = facet.point;
-      cloud.full_volume[i] = cloud.volume[i];
-      set_spacing(i, std::pow(cloud.volume[i] / cloud.cross_section, 1.0 / cloud.dimension));
-    }
-  } else {
-    // At corners, whose angles are known roughly, as at the points around.
-    std::vector<double> spacing(cloud.owned);
-    for_each_surface_point(cloud, [&](int i, std::span<const Facet> facets, std::span<const std::int32_t> around) {
-      double sum = 0, count = 0;
-      for (const std::int32_t j : around) sum += cloud.spacing[j], ++count;
-      const bool is_described = cloud.faces[facets.back().face] != undescribed_face;
-      if ((!faces_one_way(facets) || !is_described) && count > 0) spacing[i] = sum / count;
-    });
-    for (int i = 0; i < cloud.owned; ++i) {
-      if (spacing[i] == 0) continue;
-      cloud.full_volume[i] = cloud.cross_section * std::pow(spacing[i], cloud.dimension);
-      set_spacing(i, spacing[i]);
-    }
-  }
-  cloud.halo.update(std::span<double>(cloud.full_volume));
-  cloud.halo.update(std::span<double>(cloud.spacing));
-  cloud.halo.update(std::span<Vec3>(cloud.metric));
-}
-
 }  // namespace
 
 void settle_walls(Cloud& cloud) {
-  if (!cloud.has_areas) return;
   cloud.points_on_walls = points_lie_on_walls(cloud);
-  settle_spacings(cloud);
-  if (!lacks_pieces(cloud)) return;
-  close_surface(cloud);
-  settle_spacings(cloud);
+  if (!cloud.points_on_walls) {  // their cells are full
+    for (const Facet& facet : cloud.facets) {
+      const int i = facet.point;
+      cloud.full_volume[i] = cloud.volume[i];
+      const double d = cloud.spacing[i] = std::pow(cloud.volume[i] / cloud.cross_section, 1.0 / cloud.dimension);
+      cloud.metric[i] = {d, d, d};
+    }
+    cloud.halo.update(std::span<double>(cloud.spacing));
+    cloud.halo.update(std::span<Vec3>(cloud.metric));
+  }
+  if (lacks_pieces(cloud)) close_surface(cloud);
 }
 
 }  // namespace calor

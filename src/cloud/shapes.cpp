@@ -12,12 +12,12 @@
 #include "cloud/lattice.hpp"
 
 namespace calor {
-CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(), surface_shape();
+CloudShape box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(), surface_shape(), mesh_shape();
 void declare_surface(Schema& schema);
 
 Registry<CloudShape>& cloud_shapes() {
-  static Registry<CloudShape> all = {box_shape(), disc_shape(), cylinder_shape(), rows_shape(), csv_shape(),
-                                          surface_shape()};
+  static Registry<CloudShape> all = {box_shape(), disc_shape(),    cylinder_shape(), rows_shape(),
+                                     csv_shape(), surface_shape(), mesh_shape()};
   return all;
 }
 
@@ -95,9 +95,8 @@ Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   Points points = cloud_shapes().chosen(table, "shape").make(comm, table);
   // The weights of pairs want volumes that are a quadrature at the points; MLPG balances cells.
   if (points.jittered && c.root().text("method") != "mlpg") use_linearly_exact_volumes(comm, points);
-  Cloud cloud = distribute(comm, std::move(points), support);
-  if (table.has("file")) settle_walls(cloud);
-  return cloud;
+  if (points.estimated_spacings) points = settle_spacings(comm, std::move(points));
+  return distribute(comm, std::move(points), support);
 }
 
 void declare_cloud(Schema& schema) {

@@ -14,6 +14,8 @@
 
 namespace calor {
 
+struct Mesh;
+
 /// A box filled with a lattice, faces "xmin", "xmax", "ymin", ... Ids run along x first, then y, then z.
 struct BoxLattice {
   int dimension = 3;
@@ -68,6 +70,11 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
 /// Collective; throws Error.
 Points read_points(MPI_Comm comm, const std::string& file, const std::function<double(int dimension)>& section,
                    const SourceLocation& named = {});
+
+/// The nodes of a mesh; see mesh.cpp. Every rank holds the whole mesh and keeps a slice of the points. `unit`: length
+/// of one unit of the mesh, m; `section`: as of read_points; `file`: of the mesh, for messages. Throws Error.
+Points mesh_points(MPI_Comm comm, const Mesh& mesh, double unit, const std::function<double(int dimension)>& section,
+                   const SourceLocation& file = {});
 
 /// A value of [cloud] shape. A new one is a new file and its name in shapes.cpp.
 struct CloudShape {
