@@ -43,6 +43,7 @@ CellMoments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours,
                                const Vec3& unit, ConvexCell& cell) {
   cell.set(quotient(-cloud.metric[i], unit), quotient(cloud.metric[i], unit), cloud.dimension);
   for (const Facet& p : facets) cell.cut(product(p.normal, unit), 0);
+  if (cloud.axisymmetric) cell.cut({-1, 0, 0}, cloud.x[i].x / unit.x);
   for (const int j : neighbours.of(i)) cell.keep_nearer_than(quotient(cloud.x[j] - cloud.x[i], unit));
   const ConvexCell::Moments integral = cell.moments();
   const double per_volume = 1 / integral.volume;

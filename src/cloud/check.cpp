@@ -25,7 +25,7 @@ CloudCheck check(const Cloud& cloud) {
   std::vector<double> values;
   values.reserve(static_cast<std::size_t>(columns) * cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
-    const Vec3& A = cloud.area[i];
+    const Vec3 A = cloud.plane_area(i);
     const Vec3 moment = cross(cloud.x[i] - middle, A);
     values.insert(values.end(), {cloud.volume[i], norm(A), A.x, A.y, A.z, moment.x, moment.y, moment.z});
   }
@@ -45,6 +45,12 @@ std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
   constexpr int columns = 7;  // D V, x.A at the points, y |A| beyond them, |A|, A
   std::vector<double> rows(columns * static_cast<std::size_t>(cloud.owned));
   for (int i = 0; i < cloud.owned; ++i) rows[columns * static_cast<std::size_t>(i)] = cloud.dimension * cloud.volume[i];
+  if (cloud.axisymmetric)
+    for (int i = 0; i < cloud.owned; ++i) {
+      double* row = rows.data() + columns * static_cast<std::size_t>(i);
+      row[1] -= (cloud.x[i] - middle).x * cloud.hoop[i];
+      row[4] -= cloud.hoop[i];
+    }
   for (const Facet& facet : cloud.facets) {
     double* row = rows.data() + columns * static_cast<std::size_t>(facet.point);
     const Vec3 A = facet.area * facet.normal;

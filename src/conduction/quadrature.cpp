@@ -30,7 +30,8 @@ CellQuadrature gauss_points(const Cloud& cloud) {
       }
       points.x.push_back(x);
       points.tag.push_back(cloud.tag[i]);
-      points.volume.push_back(cloud.volume[i] / corners);
+      // The thickness of an axisymmetric body is that of the place: over the cell it is linear.
+      points.volume.push_back(cloud.volume[i] / corners * (cloud.axisymmetric ? x.x / m.centroid.x : 1));
     }
     points.cell.push_back(static_cast<std::int64_t>(points.x.size()));
   });
