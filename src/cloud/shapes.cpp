@@ -86,6 +86,19 @@ void use_linearly_exact_volumes(MPI_Comm comm, Points& points) {
   for (std::size_t n = 0; n < volume.size(); ++n) points.points[n].volume = points.section * volume[n];
 }
 
+/// Has every point on the axis a piece of the cut along it? Without one its cell would go on beyond the axis.
+bool is_cut_along_axis(MPI_Comm comm, const Points& points) {
+  bool is_open = false;
+  auto piece = points.facets.begin();
+  for (const Point& p : points.points) {
+    const auto end = piece + p.facets;
+    is_open =
+        is_open || (p.x.x == 0 && std::none_of(piece, end, [](const SurfacePiece& s) { return s.normal.x < -0.9; }));
+    piece = end;
+  }
+  return !any(comm, is_open);
+}
+
 /// Refuses what cannot be revolved about the y axis; points that rounding keeps from it lie on it. Collective.
 void require_section(MPI_Comm comm, const Table& table, Points& points) {
   const std::string shape = table.text("shape");
@@ -112,6 +125,9 @@ void require_section(MPI_Comm comm, const Table& table, Points& points) {
   if (lowest < 0)
     table.refuse("axisymmetric", fmt::format("the cloud reaches to x = {:.6g} m, beyond the axis at x = 0", lowest),
                  "x is the distance from the axis: shift the cloud");
+  if (points.has_areas && !is_cut_along_axis(comm, points))
+    table.refuse("axisymmetric", "points on the axis lack a piece of surface along it",
+                 "give the cut along the axis its areas, as every wall of the section: they vanish all around");
 }
 
 }  // namespace

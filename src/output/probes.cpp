@@ -92,7 +92,8 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
 void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near, const std::string& name,
                   const SourceLocation& in_case) {
   const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * near.front().spacing;
-  if (!is_far && !is_behind_wall(cloud, p, near)) return;
+  const bool beyond_axis = cloud.axisymmetric && p.x < 0;
+  if (!is_far && !beyond_axis && !is_behind_wall(cloud, p, near)) return;
   std::string bounds;
   for (int axis = 0; axis < cloud.dimension; ++axis) {
     double low = std::numeric_limits<double>::infinity(), high = -low;
