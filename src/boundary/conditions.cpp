@@ -37,6 +37,8 @@ struct BoundarySection {
   std::string key() const { return table.has("where") ? "where" : table.has("on") ? "on" : ""; }
 };
 
+bool is_plate(const Cloud& cloud) { return cloud.dimension == 2 && !cloud.axisymmetric; }
+
 void add_face(BoundarySection& s, const std::string& face, const Cloud& cloud) {
   const auto found = std::ranges::find(cloud.faces, face);
   if (found != cloud.faces.end()) {
@@ -44,7 +46,7 @@ void add_face(BoundarySection& s, const std::string& face, const Cloud& cloud) {
     return;
   }
   std::vector<std::string> known = cloud.faces;
-  if (cloud.dimension == 2) {
+  if (is_plate(cloud)) {
     if (std::ranges::count(plate_faces, face)) {
       ++s.plate;
       return;
@@ -89,7 +91,7 @@ std::vector<BoundarySection> read_sections(const Case& c, const Cloud& cloud) {
       table.refuse(given.front(), "the cloud has no boundary areas for heat to flow through",
                    "add boundary areas to the file of the cloud, or prescribe temperatures");
     const bool is_face =
-        std::ranges::count(cloud.faces, name) || (cloud.dimension == 2 && std::ranges::count(plate_faces, name));
+        std::ranges::count(cloud.faces, name) || (is_plate(cloud) && std::ranges::count(plate_faces, name));
     if (table.has("on")) {
       for (const auto& face : table.texts("on")) add_face(s, face, cloud);
     } else if (!table.has("where") || is_face) {
@@ -196,13 +198,14 @@ void share_points(Conditions& conditions, const Cloud& cloud) {
   }
 }
 
-[[noreturn]] void refuse_empty(const BoundarySection& s, const char* what) {
+[[noreturn]] void refuse_empty(const BoundarySection& s, const char* what, const Cloud& cloud) {
   const bool by_formula = s.table.has("where");
   s.table.refuse(s.key(),
                  by_formula ? fmt::format("'{}' selects no {} for [{}]", s.table.text("where"), what, s.table.path())
                             : fmt::format("[{}] holds no {}", s.table.path(), what),
-                 by_formula ? "allow for round-off: abs(y - 2) < 1e-9; lengths are in 'length', by default m"
-                            : "change the selection");
+                 by_formula           ? "allow for round-off: abs(y - 2) < 1e-9; lengths are in 'length', by default m"
+                 : cloud.axisymmetric ? "change the selection; the axis is no wall"
+                                      : "change the selection");
 }
 
 /// The area of the places at which a flux does something at the start, at the temperature of the surroundings. What is
@@ -252,7 +255,7 @@ void add_fluxes(BoundarySection& s, int account, const CellIntegrals& integrals,
       s.whole_facets[walls.facet[k]] = walls.area[k] >= (1 - 1e-9) * cloud.facets[walls.facet[k]].area;
   }
   const double selected = sum(cloud.comm, walls.area) + sum(cloud.comm, plate.area);
-  if (!(selected > 0)) refuse_empty(s, "piece of the surface");
+  if (!(selected > 0)) refuse_empty(s, "piece of the surface", cloud);
 
   double largest = 0;  // area on which one of the fluxes acts
   for (const SurfaceFluxKind* kind : surface_fluxes().given(s.table)) {
@@ -308,7 +311,7 @@ PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Clou
     }
   }
   if (total(cloud.comm, static_cast<std::int64_t>(term.x.size())) == 0)
-    refuse_empty(s, cloud.points_on_walls ? "point" : "piece of the surface");
+    refuse_empty(s, cloud.points_on_walls ? "point" : "piece of the surface", cloud);
   return term;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <optional>
 
 #include "cloud/box_rule.hpp"
@@ -16,14 +17,13 @@ constexpr int finer = 4;
 /// A function that changes by more than this part of its size among the samples of a cell is taken to jump there.
 constexpr double jump = 0.2;
 
-/// Few places with the same mean, first and second moments as many of equal weight.
-void add_reduced(std::span<const Vec3> samples, int dimension, Places& out) {
-  const double n = static_cast<double>(samples.size());
+/// Few places with the same mean, first and second moments as many, with weights that add up to 1.
+void add_reduced(std::span<const Vec3> samples, std::span<const double> weight, int dimension, Places& out) {
   Vec3 mean;
-  for (const Vec3& x : samples) mean += (1 / n) * x;
+  for (std::size_t n = 0; n < samples.size(); ++n) mean += weight[n] * samples[n];
   std::array<Vec3, 3> C;  // columns of the covariance
-  for (const Vec3& x : samples)
-    for (int a = 0; a < dimension; ++a) C[a] += (x - mean)[a] / n * (x - mean);
+  for (std::size_t n = 0; n < samples.size(); ++n)
+    for (int a = 0; a < dimension; ++a) C[a] += (samples[n] - mean)[a] * weight[n] * (samples[n] - mean);
   // Its Cholesky factors are the ways from the mean.
   std::vector<Vec3> ways;
   const double least = 1e-12 * (C[0].x + C[1].y + C[2].z);
@@ -106,7 +106,7 @@ class CellIntegrals::Impl {
     if (!cloud.lattice)
       return add_samples(f, cloud.dimension, out, [&](int n, std::vector<Vec3>& x) { sampler_->of(i, n, x); });
     const auto [low, high] = box_of(i);
-    return BoxRule(f).add(low, high, out);
+    return add_box(f, low, high, out);
   }
 
   void add_facet(int n, const Integrand& f, Places& out) const {
@@ -114,16 +114,19 @@ class CellIntegrals::Impl {
     if (cloud.lattice) {
       auto [low, high] = box_of(facet.point);
       low[facet.face / 2] = high[facet.face / 2] = cloud.walls[facet.face];
-      BoxRule(f).add(low, high, out);
+      add_box(f, low, high, out);
     } else if (cloud.rings) {
       add_facet_of_rings(facet, f, out);
     } else if (cloud.dimension == 3) {
       add_samples(f, 3, out, [&](int finer, std::vector<Vec3>& x) { sampler_->of_facet(n, finer, x); });
     } else if (cloud.dimension == 2) {
       const auto ends = sampler_->ends_of_facet(n);
-      const double whole = norm(ends[1] - ends[0]) + norm(ends[2] - ends[1]);
+      std::array<double, 2> measure;
       for (const int k : {0, 1})
-        if (ends[k] != ends[k + 1]) add_line(f, ends[k], ends[k + 1], norm(ends[k + 1] - ends[k]) / whole, out);
+        measure[k] = norm(ends[k + 1] - ends[k]) * (cloud.axisymmetric ? 0.5 * (ends[k] + ends[k + 1]).x : 1);
+      const double whole = measure[0] + measure[1];
+      for (const int k : {0, 1})
+        if (measure[k] > 0) add_line(f, ends[k], ends[k + 1], measure[k] / whole, out);
     } else {
       BoxRule(f).add(cloud.x[facet.point], cloud.x[facet.point], out);
     }
@@ -180,10 +183,17 @@ class CellIntegrals::Impl {
     return jumps;
   }
 
+  /// Of a lattice. The thickness of an axisymmetric body is that of the place.
+  bool add_box(const Integrand& f, const Vec3& low, const Vec3& high, Places& out) const {
+    if (!cloud.axisymmetric) return BoxRule(f).add(low, high, out);
+    return add_mapped(
+        f, low, high, 1, out, [](const Vec3& s) { return s; }, [](const Vec3& s) { return s.x; });
+  }
+
   void add_line(const Integrand& f, const Vec3& from, const Vec3& to, double weight, Places& out) const {
     add_mapped(
         f, {0, 0, 0}, {1, 0, 0}, weight, out, [&](const Vec3& s) { return from + s.x * (to - from); },
-        [](const Vec3&) { return 1.; });
+        [&](const Vec3& s) { return cloud.axisymmetric ? (from + s.x * (to - from)).x : 1.; });
   }
 
   /// Between two corners in r, theta and z.
@@ -230,7 +240,7 @@ class CellIntegrals::Impl {
     if (f.f) f.f(x, value);
     const auto [least, most] = std::ranges::minmax(value);
     if (least == most) {
-      add_reduced(x, dimension, out);
+      add_reduced(x, weights_of(cloud, x), dimension, out);
       if (f.f) out.value.resize(out.x.size(), least);
       return false;
     }
@@ -241,7 +251,7 @@ class CellIntegrals::Impl {
       f.f(x, value);
     }
     out.x.insert(out.x.end(), x.begin(), x.end());
-    out.weight.resize(out.x.size(), 1 / static_cast<double>(x.size()));
+    std::ranges::copy(weights_of(cloud, x), std::back_inserter(out.weight));
     out.value.insert(out.value.end(), value.begin(), value.end());
     return jumps;
   }

@@ -41,6 +41,16 @@ struct WallsOfPoint {
 
 }  // namespace
 
+std::vector<double> weights_of(const Cloud& cloud, std::span<const Vec3> samples) {
+  const double n = static_cast<double>(samples.size());
+  std::vector<double> weights(samples.size(), 1 / n);
+  if (!cloud.axisymmetric) return weights;
+  double sum = 0;
+  for (const Vec3& x : samples) sum += x.x;
+  for (std::size_t k = 0; k < weights.size() && sum > 0; ++k) weights[k] = samples[k].x / sum;
+  return weights;
+}
+
 double wall_distance(const Cloud& cloud, const Facet& facet) {
   if (cloud.points_on_walls) return 0;
   const int i = facet.point;
@@ -108,7 +118,8 @@ void CellSampler::add(int i, CellSamples& out) const {
     add_nearest(i, 1, out.x);
   }
   const std::int64_t begin = out.row.back(), count = static_cast<std::int64_t>(out.x.size()) - begin;
-  out.weight.resize(out.x.size(), cloud_.volume[i] / static_cast<double>(count));
+  for (const double share : weights_of(cloud_, std::span(out.x).subspan(begin)))
+    out.weight.push_back(cloud_.volume[i] * share);
   out.row.push_back(begin + count);
 }
 
@@ -194,7 +205,7 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
           const std::array<int, 3> sub = {sx, sy, sz};
           for (int a = 0; a < D; ++a) p[a] += (sub[a] + u[a]) * d / n;
           const double square = dot(p - x, p - x);
-          if (square > farthest * farthest * d * d) continue;
+          if (square > farthest * farthest * d * d || (cloud_.axisymmetric && p.x <= 0)) continue;
           bool nearest = true;
           for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
             nearest = dot(p - j->x, p - j->x) >= square;
@@ -224,7 +235,6 @@ std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
   const Facet& facet = cloud_.facets[n];
   const Vec3 middle = cloud_.x[facet.point] + wall_distance(cloud_, facet) * facet.normal;
   const Vec3 along = {-facet.normal.y, facet.normal.x, 0};
-  const double length = facet.area / cloud_.cross_section;
   std::array<double, 2> reach = {};  // towards either side, half way to the neighbour there
   std::array<Vec3, 2> way = {-along, along};
   for (const int side : {0, 1}) {
@@ -236,7 +246,9 @@ std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
       break;  // the nearest
     }
   }
+  if (cloud_.axisymmetric) return {middle + reach[0] * way[0], middle, middle + reach[1] * way[1]};
   // At its end the wall reaches as far as is left.
+  const double length = facet.area / cloud_.cross_section;
   for (const int side : {0, 1})
     if (reach[side] == 0) reach[side] = std::max(0.0, length - (reach[1 - side] == 0 ? 0.5 * length : reach[1 - side]));
   const double scale = length / (reach[0] + reach[1]);

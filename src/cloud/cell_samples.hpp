@@ -3,6 +3,7 @@
 // and for capacities.
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "cloud/cells.hpp"
@@ -22,6 +23,10 @@ struct CellSamples {
 /// Distance of a facet from its point, m: 0 on clouds with points on the walls. In boxes the plane of the wall is
 /// known; elsewhere the wall lies half a cell away.
 double wall_distance(const Cloud& cloud, const Facet& facet);
+
+/// Weights of places spread evenly over a cell or facet in the plane of the cloud; they add up to 1. The thickness of
+/// an axisymmetric body is that of the place.
+std::vector<double> weights_of(const Cloud& cloud, std::span<const Vec3> samples);
 
 /// Makes the samples of a cloud's cells. On an unjittered lattice they are the middles of equal boxes that fill the
 /// cell (8 along a whole cell, 4 in 3D); on other clouds one random place in each of as many sub-cells per spacing

@@ -25,7 +25,7 @@ CloudCheck check(const Cloud& cloud) {
   std::vector<double> values;
   values.reserve(static_cast<std::size_t>(columns) * cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
-    const Vec3& A = cloud.area[i];
+    const Vec3 A = cloud.plane_area(i);
     const Vec3 moment = cross(cloud.x[i] - middle, A);
     values.insert(values.end(), {cloud.volume[i], norm(A), A.x, A.y, A.z, moment.x, moment.y, moment.z});
   }
@@ -46,7 +46,7 @@ std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
   std::vector<double> rows(columns * static_cast<std::size_t>(cloud.owned));
   for (int i = 0; i < cloud.owned; ++i) {
     double* row = rows.data() + columns * static_cast<std::size_t>(i);
-    const Vec3 A = cloud.whole ? cloud.whole->area[i] : cloud.area[i];
+    const Vec3 A = cloud.whole ? cloud.whole->area[i] : cloud.plane_area(i);
     row[0] = cloud.dimension * cloud.volume[i];
     row[1] = dot(cloud.x[i] - middle, A);
     row[4] = A.x, row[5] = A.y, row[6] = A.z;

@@ -67,6 +67,9 @@ struct Cloud {
   MPI_Comm comm = MPI_COMM_SELF;
   int dimension = 3;
   double cross_section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2) that volumes and areas include; 1 in 3D
+  /// A body of two dimensions revolved about the y axis: x is the distance from it, and the thickness is cross_section
+  /// x with cross_section = 2 pi.
+  bool axisymmetric = false;
 
   int owned = 0;                      ///< owned points on this rank
   std::int64_t first = 0, count = 0;  ///< global number of the first owned point; points on all ranks
@@ -80,8 +83,11 @@ struct Cloud {
   /// Local spacing s_i along every axis, m; along axes that the body does not have, the largest of the others. Lengths
   /// around a point are measured in it, so that points much flatter than wide have neighbours as cubes have.
   std::vector<Vec3> metric;
-  std::vector<double> spacing;          ///< the largest component of the metric, d_i, m
-  std::vector<Vec3> area;               ///< outward boundary area vector A_i, m^2; 0 inside
+  std::vector<double> spacing;  ///< the largest component of the metric, d_i, m
+  std::vector<Vec3> area;       ///< outward boundary area vector A_i, m^2; 0 inside
+  // Of axisymmetric bodies, otherwise empty.
+  std::vector<double> hoop;             ///< S_i, integral of dV / x over the cell, m^2
+  std::vector<Vec3> moment;             ///< m_i, integral of (x - x_i) dV / x over the cell, m^3
   std::vector<std::uint32_t> on_faces;  ///< bit f: the point lies on faces[f]
   std::vector<int> tag;                 ///< index into tags
 
@@ -131,6 +137,18 @@ struct Cloud {
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }
   /// The metric of a pair: the same bits for (i, j) and (j, i).
   Vec3 mean_metric(int i, int j) const { return 0.5 * (metric[i] + metric[j]); }
+  /// A_i, of axisymmetric bodies A_i - S_i e_x: what remains of the boundary area in the plane, where it and its moment
+  /// add up to 0 over the body.
+  Vec3 plane_area(int i) const { return axisymmetric ? area[i] - Vec3{hoop[i], 0, 0} : area[i]; }
+  /// Thickness or cross-section of a cell, at the mean distance from the axis.
+  double section(int i) const { return axisymmetric ? cross_section * volume[i] / hoop[i] : cross_section; }
+  /// Of a pair, such that V_i V_j / section is the product of their measures in the plane times the mean thickness; the
+  /// same bits for (i, j) and (j, i).
+  double section(int i, int j) const {
+    if (!axisymmetric) return cross_section;
+    const double a = section(i), b = section(j);
+    return 2 * (a * b) / (a + b);
+  }
 };
 
 /// sum V against the exact volume, sum A = 0 and sum x cross A = 0. Collective.

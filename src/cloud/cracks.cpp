@@ -268,6 +268,7 @@ std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud) {
   const int D = cloud.dimension;
   for (const Table& table : c.root().list("crack")) {
     if (D == 1) table.refuse("", "a crack in a body of one dimension", "model the body in two dimensions");
+    if (cloud.axisymmetric) table.refuse("", "a crack in an axisymmetric body", "model the body in three dimensions");
     if (!cloud.points_on_walls)
       table.refuse("", "a crack in a cloud without points on the walls", "use at = \"walls\" in [cloud]");
     if (!cloud.has_areas)

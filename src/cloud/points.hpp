@@ -95,6 +95,12 @@ void settle_walls(Cloud& cloud);
 /// where the walls are not known. The points change ranks. Collective; throws Error.
 Points settle_spacings(MPI_Comm comm, Points points);
 
+/// Makes a cloud of two dimensions and thickness 1 an axisymmetric body: volumes and areas take the thickness 2 pi x,
+/// pieces of surface on the axis vanish. S_i is such that the surface closes to round-off. `volumes_of_cells`: the
+/// volumes are those of the nearest point; otherwise weights of a quadrature at the points, whose m_i vanish inside.
+/// Collective.
+void revolve(Cloud& cloud, bool volumes_of_cells);
+
 /// What a user should know of the volumes and areas of a cloud from elsewhere: a surface that does not close, volumes
 /// that are not those the surface encloses. Refuses areas that point inwards. Collective; throws Error.
 std::vector<std::string> remarks_on_surface(const Cloud& cloud);

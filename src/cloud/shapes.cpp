@@ -88,15 +88,69 @@ void use_linearly_exact_volumes(MPI_Comm comm, Points& points) {
   for (std::size_t n = 0; n < volume.size(); ++n) points.points[n].volume = points.section * volume[n];
 }
 
+/// Has every point on the axis a piece of the cut along it? Without one its cell would go on beyond the axis.
+bool is_cut_along_axis(MPI_Comm comm, const Points& points) {
+  bool is_open = false;
+  auto piece = points.facets.begin();
+  for (const Point& p : points.points) {
+    const auto end = piece + p.facets;
+    is_open =
+        is_open || (p.x.x == 0 && std::none_of(piece, end, [](const SurfacePiece& s) { return s.normal.x < -0.9; }));
+    piece = end;
+  }
+  return !any(comm, is_open);
+}
+
+/// Refuses what cannot be revolved about the y axis; points that rounding keeps from it lie on it. Collective.
+void require_section(MPI_Comm comm, const Table& table, Points& points) {
+  const std::string shape = table.text("shape");
+  if (points.dimension != 2)
+    table.refuse(
+        "axisymmetric",
+        fmt::format("an axisymmetric body is described by two coordinates, x = r and y = z, and this cloud has "
+                    "{}",
+                    points.dimension),
+        "describe half of its axial section, or leave axisymmetric out");
+  if (shape == "disc")
+    table.refuse("axisymmetric", "a disc does not lie on one side of an axis",
+                 "describe half of the axial section by a box, rows or a CSV file");
+  if (table.has("thickness"))
+    table.refuse("thickness", "an axisymmetric body has no thickness: it goes all around", "remove it");
+  double lowest = points.walls.empty() ? 0 : points.walls[0], farthest = 0;
+  for (const Point& p : points.points) farthest = std::max(farthest, p.x.x);
+  farthest = max(comm, farthest);
+  for (Point& p : points.points) {
+    if (std::abs(p.x.x) < 1e-12 * farthest) p.x.x = 0;
+    lowest = std::min(lowest, p.x.x);
+  }
+  lowest = min(comm, lowest);
+  if (lowest < 0)
+    table.refuse("axisymmetric", fmt::format("the cloud reaches to x = {:.6g} m, beyond the axis at x = 0", lowest),
+                 "x is the distance from the axis: shift the cloud");
+  if (points.has_areas && !is_cut_along_axis(comm, points))
+    table.refuse("axisymmetric", "points on the axis lack a piece of surface along it",
+                 "give the cut along the axis its areas, as every wall of the section: they vanish all around");
+}
+
 }  // namespace
 
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
   Points points = cloud_shapes().chosen(table, "shape").make(comm, table);
+  const bool axisymmetric = table.flag("axisymmetric");
+  if (axisymmetric) require_section(comm, table, points);
   // The weights of pairs want volumes that are a quadrature at the points; MLPG balances cells.
-  if (points.jittered && c.root().text("method") != "mlpg") use_linearly_exact_volumes(comm, points);
+  const bool is_quadrature = points.jittered && c.root().text("method") != "mlpg";
+  if (is_quadrature) use_linearly_exact_volumes(comm, points);
+  const bool are_cells = !is_quadrature && !points.estimated_spacings && !points.body;
   if (points.estimated_spacings) points = settle_spacings(comm, std::move(points));
-  return distribute(comm, std::move(points), support);
+  Cloud cloud = distribute(comm, std::move(points), support);
+  if (!axisymmetric) return cloud;
+  if (!cloud.points_on_walls && !cloud.lattice)
+    table.refuse("axisymmetric", "the points of an axisymmetric cloud that is no lattice have to lie on its walls",
+                 table.has("file") ? "put points on the walls" : "use at = \"walls\", or leave out jitter");
+  revolve(cloud, are_cells);
+  return cloud;
 }
 
 void declare_cloud(Schema& schema) {
@@ -104,7 +158,11 @@ void declare_cloud(Schema& schema) {
               .sentence = "The points that stand for the body.",
               .keys = {{"shape", Kind::choice, "", required, "What makes the points.", cloud_shapes().names()},
                        {"thickness", Kind::quantity, "m", "1 m", "Thickness of a body of two dimensions."},
-                       {"section", Kind::quantity, "m^2", "1 m^2", "Cross-section of a body of one dimension."}}});
+                       {"section", Kind::quantity, "m^2", "1 m^2", "Cross-section of a body of one dimension."},
+                       {"axisymmetric", Kind::flag, "", "false",
+                        "The body is the revolution of a two-dimensional cloud about the y axis: x is the distance "
+                        "from the axis, y the height. Areas, powers and energies are those of the whole body; the "
+                        "volumes and areas of a CSV file are those of the plane cloud with a thickness of 1 m."}}});
   for (const CloudShape& shape : cloud_shapes())
     schema.add({.path = "cloud",
                 .sentence = shape.sentence + ".",

@@ -87,6 +87,7 @@ void share_with_mirror_images(const Cloud& cloud, const Neighbours& neighbours, 
 /// boundary facets carry: V - 1/D integral of (x - x_i).n dS, the facets half a spacing away.
 std::vector<double> volumes_to_scale(const Cloud& cloud, const Neighbours& neighbours) {
   std::vector<double> volume(cloud.volume.begin(), cloud.volume.begin() + cloud.owned);
+  for (int i = 0; cloud.axisymmetric && i < cloud.owned; ++i) volume[i] += cloud.moment[i].x / cloud.dimension;
   if (cloud.points_on_walls) return volume;
   for (std::size_t p = 0; p < cloud.facets.size(); ++p) {
     const Facet& facet = cloud.facets[p];
@@ -117,7 +118,8 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const d
   std::vector<double> below(cloud.owned), all(cloud.owned), squares(3 * static_cast<std::size_t>(cloud.owned));
   std::int64_t inside = 0;
   for (int i = 0; i < cloud.owned; ++i) {
-    bool near_wall = cloud.on_faces[i] != 0;  // off the walls, the facets of the wall cells carry a part of (M)
+    // Off the walls, the facets of the wall cells carry a part of (M).
+    bool near_wall = cloud.on_faces[i] != 0 || (cloud.axisymmetric && cloud.x[i].x == 0);
     Vec3 moment;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = neighbours.x_ji(cloud.x, i, n);
@@ -128,6 +130,7 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const d
     }
     if (near_wall) continue;
     ++inside;
+    if (cloud.axisymmetric) moment.x -= 2 * cloud.moment[i].x;
     for (int a = 0; a < cloud.dimension; ++a) squares[3 * i + a] = std::pow(moment[a] / (2 * cloud.volume[i]) - 1, 2);
   }
   report.negative_share = sum(cloud.comm, below) / sum(cloud.comm, all);
@@ -157,7 +160,7 @@ double rounding_of_places(const Cloud& cloud) {
 Vec3 face_size(const Cloud& cloud, int i) {
   Vec3 face;
   for (int a = 0; a < cloud.dimension; ++a) {
-    face[a] = cloud.cross_section;
+    face[a] = cloud.section(i);
     for (int b = 0; b < cloud.dimension; ++b)
       if (b != a) face[a] *= cloud.metric[i][b];
   }

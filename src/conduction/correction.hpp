@@ -10,6 +10,11 @@
 //                                                   sigma - I = O(1), and the scheme is of first order only
 // (M), for points on the walls, cannot hold everywhere at once: it is fitted; (L) is then enforced to round-off. What
 // (L) leaves open are rigid motions of the truss, so the areas must satisfy sum A = 0 and sum x cross A = 0.
+//
+// In the plane (x = r, y = z) of an axisymmetric body the stress is r I, whose divergence is e_r: with the hoop term
+// S_i = integral of dV / r and m_i = integral of (x - x_i) dV / r over the cell
+//   sum_j G_ij x_ji = -A_i + S_i e_r           sum_j G_ij x_ji (x) x_ji = 2 V_i I + e_r (x) m_i + m_i (x) e_r
+// and A_i - S_i e_r, not A_i, adds up to 0 (docs/theory-axisymmetric.md).
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -100,7 +105,7 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
 /// max |R_i| over the faces of a cell, axis by axis. Collective.
 double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G);
 
-/// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2.
+/// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2; of axisymmetric bodies with A_i - S_i e_r.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
 
 struct LambdaSolve {

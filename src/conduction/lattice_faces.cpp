@@ -42,7 +42,7 @@ Faces lattice_faces(const Cloud& cloud, int gauss) {
         Vec3 y = x;
         for (int n = 0; n < axes; ++n) y[across[n]] += (q >> n & 1 ? 1 : -1) * off[n];
         faces.x.push_back(y);
-        faces.area.push_back(area);
+        faces.area.push_back(cloud.axisymmetric ? y.x * area : area);
         faces.a.push_back(a);
         faces.b.push_back(b);
       }

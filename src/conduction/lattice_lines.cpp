@@ -26,15 +26,17 @@ struct Ends {
   bool low = false, high = false;
 };
 
-/// A line of points along an axis: the forces of its pairs.
+/// A line of points along an axis: the forces of its pairs. Along a radius the thickness of the body grows: there
+/// forces are those of a thickness 1 times that at the middle of the pair, and those across an interval add up to that
+/// of the face in it.
 class Line {
  public:
   /// For pairs of the points first .. last, `most` intervals apart at most.
-  Line(const Lattice& lattice, int axis, const LineForce& force, std::int64_t most, LinePair range)
-      : lattice_(lattice), axis_(axis), n_(lattice.box().points[axis]), force_(force) {
+  Line(const Lattice& lattice, int axis, bool is_radius, const LineForce& force, std::int64_t most, LinePair range)
+      : lattice_(lattice), axis_(axis), is_radius_(is_radius), n_(lattice.box().points[axis]), force_(force) {
     // The scale is that of a line with images beyond both ends, whether they are there or not: so it is the same for
-    // points that see the end and points that do not. Points on the walls have none.
-    const std::int64_t beyond = lattice.box().on_walls ? 0 : most;
+    // points that see the end and points that do not. Points on the walls have none, nor has a radius.
+    const std::int64_t beyond = lattice.box().on_walls || is_radius ? 0 : most;
     begin_ = std::max(range.first - 3 * most, -beyond);
     const std::int64_t end = std::min(range.second + 3 * most, n_ - 1 + beyond);
     const auto intervals = static_cast<std::size_t>(std::max<std::int64_t>(0, end - begin_));
@@ -64,7 +66,7 @@ class Line {
     const double f = scaled(p, q);
     if (q > p + 1) return f;
     const Carried& c = carried_[p - begin_];
-    return f + std::max(0.0, 1 - c.inside - (ends.low ? c.by_low : 0) - (ends.high ? c.by_high : 0));
+    return f + std::max(0.0, thickness(p) - c.inside - (ends.low ? c.by_low : 0) - (ends.high ? c.by_high : 0));
   }
 
  private:
@@ -82,16 +84,22 @@ class Line {
   }
   double unscaled(std::int64_t p, std::int64_t q) const {
     const double s = 0.5 * (lattice_.spacing(axis_, original(p)) + lattice_.spacing(axis_, original(q)));
-    return force_(q - p, coordinate(q) - coordinate(p), s);
+    const double f = force_(q - p, coordinate(q) - coordinate(p), s);
+    return is_radius_ ? 0.5 * (coordinate(p) + coordinate(q)) * f : f;
   }
+  /// Of the body at the face between p and p + 1, over that of its section.
+  double thickness(std::int64_t p) const { return is_radius_ ? lattice_.cell(axis_, p).second : 1; }
   double scaled(std::int64_t p, std::int64_t q) const {
     const double f = unscaled(p, q);
     if (f == 0) return 0;
-    return f / *std::max_element(stress_.begin() + (p - begin_), stress_.begin() + (q - begin_));
+    double largest = 0;
+    for (std::int64_t k = p; k < q; ++k) largest = std::max(largest, stress_[k - begin_] / thickness(k));
+    return f / largest;
   }
 
   const Lattice& lattice_;
   int axis_;
+  bool is_radius_;
   std::int64_t n_;
   const LineForce& force_;
   std::int64_t begin_;
@@ -169,7 +177,8 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
   }
   most = max(cloud.comm, most);
   std::vector<Line> lines;
-  for (int a = 0; a < cloud.dimension; ++a) lines.emplace_back(lattice, a, force, most, range[a]);
+  for (int a = 0; a < cloud.dimension; ++a)
+    lines.emplace_back(lattice, a, cloud.axisymmetric && a == 0, force, most, range[a]);
 
   std::vector<double> G(neighbours.column.size());
   for (int i = 0; i < cloud.owned; ++i) {
@@ -184,6 +193,8 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
       double face = cloud.cross_section;
       for (int a = 0; a < cloud.dimension; ++a)
         if (a != is.axis) face *= lattice.width(a, at[a]);
+      if (const auto [low, high] = lattice.cell(0, at[0]); cloud.axisymmetric && is.axis != 0)
+        face *= 0.5 * (low + high);
       const double distance = std::abs(neighbours.x_ji(cloud.x, i, n)[is.axis]);
       G[n] = face * lines[is.axis].force(is.pair, ends[is.axis]) / distance;
     });

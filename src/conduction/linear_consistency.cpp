@@ -100,7 +100,8 @@ Vec3 over_faces(const Cloud& cloud) {
 }  // namespace
 
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g) {
-  std::vector<Vec3> R(cloud.area.begin(), cloud.area.begin() + cloud.owned);
+  std::vector<Vec3> R(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) R[i] = cloud.plane_area(i);
   for (std::size_t p = 0; p < neighbours.mirrored.size(); ++p) {
     const Facet& facet = cloud.facets[p];
     if (neighbours.mirrored[p]) R[facet.point] -= facet.area * facet.normal;

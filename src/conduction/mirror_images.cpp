@@ -116,7 +116,8 @@ void add_values(const Cloud& cloud, int m, std::uint32_t set, const std::array<i
 
 MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& support, const Conditions& conditions,
                                             bool insulated_too) {
-  if (cloud.points_on_walls || cloud.walls.empty()) return {find_neighbours(cloud, support)};
+  // Beyond a curved wall an axisymmetric body has no image.
+  if (cloud.points_on_walls || cloud.walls.empty() || cloud.axisymmetric) return {find_neighbours(cloud, support)};
   std::vector<char> facets = mirrored_patches(cloud, conditions, insulated_too);
   std::uint32_t faces = 0;
   for (std::size_t p = 0; p < facets.size(); ++p)

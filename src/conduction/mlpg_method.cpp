@@ -64,6 +64,11 @@ void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptio
     table.refuse("prescribed",
                  "with flux = \"edge-stabilised\" the temperatures of the points are the unknowns themselves",
                  "leave prescribed out, or take flux = \"parameters\"");
+  if (o.subdomain == MlpgSubdomain::sphere && cloud.axisymmetric)
+    table.refuse("subdomain", "circles do not conserve the heat of rings: an axisymmetric body has none",
+                 "take subdomain = \"tiles\"");
+  if (o.prescribed == MlpgPrescribed::penalty && cloud.axisymmetric)
+    table.refuse("prescribed", "an axisymmetric body takes no penalty", "take prescribed = \"collocation\"");
   if (o.subdomain == MlpgSubdomain::sphere && !(o.radius > 0.05 && o.radius < 1))
     table.refuse("radius", fmt::format("radius = {:g}: it must lie between 0.05 and 1 spacing", o.radius), "take 0.7");
 }
@@ -78,8 +83,8 @@ Support support_of(const Case& c) {
   return mlpg_support(o);
 }
 
-/// An unjittered lattice of one spacing along every axis.
-bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded(); }
+/// An unjittered lattice of one spacing along every axis, and of one thickness.
+bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded() && !cloud.axisymmetric; }
 
 /// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
 std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
@@ -108,8 +113,8 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
         "fine the cloud; subdomain = \"tiles\" has no such error",
         table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)};
   }
-  const bool always_stable =
-      o.mls.degree == 1 && cloud.dimension < 3 && o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
+  const bool always_stable = o.mls.degree == 1 && cloud.dimension < 3 && !cloud.axisymmetric &&
+                             o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
   if (!transient || always_stable) return {};
   const double growth = start_up_growth(cloud, conduction);
   report["start_up_growth"] = growth;

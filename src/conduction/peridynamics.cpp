@@ -64,11 +64,14 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   const Table table = c.section("peridynamics");
   const bool has_fluxes = any(
       cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
-  const Peridynamics options =
-      options_of(table, cloud.lattice && !cloud.points_on_walls && (!has_fluxes || is_paper(table)));
+  const Peridynamics options = options_of(
+      table, cloud.lattice && !cloud.points_on_walls && !cloud.axisymmetric && (!has_fluxes || is_paper(table)));
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
+  if (is_paper(table) && cloud.axisymmetric)
+    table.refuse("correction", "correction = \"paper\" knows no axisymmetric bodies",
+                 "use correction = \"consistent\"");
   if (!is_paper(table) && !cloud.has_areas)
     table.refuse(
         "correction",
@@ -119,7 +122,7 @@ std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbour
       for (int a = 1; a < cloud.dimension; ++a) family *= delta[a];
       const double v = options.partial_volumes ? std::clamp(r / rho + 0.5 - r, 0.0, 1.0) : 1;
       const double rho_n = options.n == 0 ? rho * rho : options.n == 1 ? rho : 1;
-      g[n] = kappa * v * (cloud.volume[i] * cloud.volume[j]) / family * (rho_n / dot(x_ji, x_ji)) / cloud.cross_section;
+      g[n] = kappa * v * (cloud.volume[i] * cloud.volume[j]) / family * (rho_n / dot(x_ji, x_ji)) / cloud.section(i, j);
     }
   }
   return g;

@@ -1,72 +1,10 @@
 #include "conduction/quadrature.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <algorithm>
-#include <cmath>
-#include <limits>
 
-#include "base/parallel.hpp"
-#include "cloud/convex_cell.hpp"
-#include "cloud/lattice.hpp"
-#include "cloud/neighbours.hpp"
+#include "cloud/cell_moments.hpp"
 
 namespace calor {
-
-namespace {
-
-struct Moments {
-  Vec3 centroid;
-  Eigen::Matrix3d covariance = Eigen::Matrix3d::Zero();
-};
-
-Moments moments_of_box(const Cloud& cloud, int i) {
-  const LatticeIndex at = cloud.lattice->index(cloud.id[i]);
-  Moments m;
-  for (int a = 0; a < cloud.dimension; ++a) {
-    const auto [low, high] = cloud.lattice->cell(a, at[a]);
-    m.centroid[a] = 0.5 * (low + high);
-    m.covariance(a, a) = (high - low) * (high - low) / 12;
-  }
-  return m;
-}
-
-/// The metric of the points where it is the same for all, in which their cells are those of jittered lattices.
-Vec3 common_metric(const Cloud& cloud) {
-  Vec3 s;
-  for (int a = 0; a < 3; ++a) {
-    double least = std::numeric_limits<double>::max(), most = 0;
-    for (const Vec3& m : cloud.metric) least = std::min(least, m[a]), most = std::max(most, m[a]);
-    least = min(cloud.comm, least), most = max(cloud.comm, most);
-    s[a] = most;
-    if (most - least > 1e-9 * most) return {1, 1, 1};
-  }
-  return s;
-}
-
-/// Moments of the part of a box of one spacing to all sides around point i that is its cell; what is nearest is told
-/// in the given units.
-Moments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Facet> facets,
-                           const Vec3& unit, ConvexCell& cell) {
-  cell.set(quotient(-cloud.metric[i], unit), quotient(cloud.metric[i], unit), cloud.dimension);
-  for (const Facet& p : facets) cell.cut(product(p.normal, unit), 0);
-  for (const int j : neighbours.of(i)) cell.keep_nearer_than(quotient(cloud.x[j] - cloud.x[i], unit));
-  const ConvexCell::Moments integral = cell.moments();
-  const double per_volume = 1 / integral.volume;
-  const Vec3 mean = per_volume * integral.first;
-  const auto& [xx, yy, zz, xy, xz, yz] = integral.second;
-  Moments m{.centroid = cloud.x[i] + product(unit, mean)};
-  m.covariance << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  const Eigen::Vector3d c(mean.x, mean.y, mean.z);
-  m.covariance = (per_volume * m.covariance - c * c.transpose()).eval();
-  const Eigen::Vector3d u(unit.x, unit.y, unit.z);
-  m.covariance = (u.asDiagonal() * m.covariance * u.asDiagonal()).eval();
-  const int D = cloud.dimension;
-  m.covariance.bottomRows(3 - D).setZero();
-  m.covariance.rightCols(3 - D).setZero();
-  return m;
-}
-
-}  // namespace
 
 CellQuadrature one_point(const Cloud& cloud) {
   CellQuadrature points;
@@ -81,17 +19,8 @@ CellQuadrature one_point(const Cloud& cloud) {
 
 CellQuadrature gauss_points(const Cloud& cloud) {
   const int D = cloud.dimension, corners = 1 << D;
-  const Neighbours neighbours = cloud.lattice ? Neighbours{} : find_neighbours(cloud, 2);
-  const Vec3 unit = cloud.lattice ? Vec3{1, 1, 1} : common_metric(cloud);
   CellQuadrature points;
-  ConvexCell cell;
-  auto facet = cloud.facets.begin();
-  for (int i = 0; i < cloud.owned; ++i) {
-    const auto first = facet;
-    while (facet != cloud.facets.end() && facet->point == i) ++facet;
-    const Moments m = cloud.lattice
-                          ? moments_of_box(cloud, i)
-                          : moments_of_nearest(cloud, neighbours, i, std::span<const Facet>(first, facet), unit, cell);
+  for_each_cell(cloud, [&](int i, const CellMoments& m) {
     const Eigen::Matrix3d root = Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(m.covariance).operatorSqrt();
     for (int q = 0; q < corners; ++q) {
       Vec3 x = m.centroid;
@@ -103,10 +32,11 @@ CellQuadrature gauss_points(const Cloud& cloud) {
       for (int halving = 0; halving < 10 && !cloud.is_seen_from(x, i); ++halving) x = 0.5 * (x + cloud.inside[i]);
       points.x.push_back(x);
       points.tag.push_back(cloud.tag[i]);
-      points.volume.push_back(cloud.volume[i] / corners);
+      // The thickness of an axisymmetric body is that of the place: over the cell it is linear.
+      points.volume.push_back(cloud.volume[i] / corners * (cloud.axisymmetric ? x.x / m.centroid.x : 1));
     }
     points.cell.push_back(static_cast<std::int64_t>(points.x.size()));
-  }
+  });
   return points;
 }
 

@@ -149,6 +149,7 @@ int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::sp
     double* d = diagonal.data() + 6 * i;
     double fourth = 0;
     for (int c = 0; c < cloud.dimension; ++c) R[c] = 2 * cloud.volume[i] * s[c];
+    if (cloud.axisymmetric) R[0] += 2 * cloud.moment[i].x * s[0], R[3] += cloud.moment[i].y * s[3];
     for (; !cloud.points_on_walls && facet < cloud.facets.size() && cloud.facets[facet].point == i; ++facet) {
       if (!neighbours.mirrored.empty() && neighbours.mirrored[facet]) continue;
       const Facet& p = cloud.facets[facet];

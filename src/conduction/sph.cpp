@@ -89,6 +89,9 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   }
   if (paper && has_cracks(c))
     options.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
+  if (paper && cloud.axisymmetric)
+    options.refuse("correction", "correction = \"paper\" knows no axisymmetric bodies",
+                   "use correction = \"consistent\"");
   if (paper && !cloud.points_on_walls) {
     options.refuse("correction",
                    "correction = \"paper\" writes the wall conditions at points on the walls, and the cloud has none",
@@ -134,7 +137,7 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
       const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n);
       const double square = square_in_spacings(cloud, neighbours, i, n);
       const double F = cubic_spline_F(std::sqrt(square), smoothing, cloud.dimension) / cell_size(cloud, i, j);
-      g[n] = 2 * (V[i] * V[j]) * (F * square / dot(x_ji, x_ji)) / cloud.cross_section;
+      g[n] = 2 * (V[i] * V[j]) * (F * square / dot(x_ji, x_ji)) / cloud.section(i, j);
     }
   }
   return g;

@@ -51,8 +51,10 @@ class Component {
     std::vector<double> goal(rows * cloud_.owned), z(goal.size());
     for (int i = 0; i < cloud_.owned; ++i) {
       double* b = goal.data() + rows * i;
-      b[0] = -cloud_.area[i][c];
+      b[0] = -cloud_.plane_area(i)[c];
       b[1 + c] = cloud_.volume[i] / cloud_.metric[i][c];
+      for (int k = 0; cloud_.axisymmetric && c == 0 && k < D_; ++k)
+        b[1 + k] += cloud_.moment[i][k] / cloud_.metric[i][k];
       subtract_moments(i, a, b);
     }
     const LinearMap normal_matrix = [&](std::span<const double> p, std::span<double> y) {
@@ -115,7 +117,7 @@ class Component {
     std::ranges::fill(m_, Vec3{});
     std::vector<double> R(cloud_.owned), z(R.size());
     for (int i = 0; i < cloud_.owned; ++i) {
-      R[i] = -cloud_.area[i][c];
+      R[i] = -cloud_.plane_area(i)[c];
       for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) R[i] -= a[n];
     }
     const double mean = sum(cloud_.comm, R) / static_cast<double>(cloud_.count);
@@ -166,6 +168,7 @@ std::vector<double> kernel_moments(const Cloud& cloud, const Neighbours& neighbo
       const double square = square_in_spacings(cloud, neighbours, i, n);
       w[n] = cloud.volume[i] * cloud.volume[j] / cell_size(cloud, i, j) *
              cubic_spline_F(std::sqrt(square), smoothing, cloud.dimension) * square;
+      if (cloud.axisymmetric) w[n] /= cloud.section(i, j);
     }
   }
   scale_sums(cloud, neighbours, std::span(cloud.volume).first(cloud.owned), w);
@@ -189,13 +192,14 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const V
   const int D = cloud.dimension;
   std::vector<double> squares(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
-    Vec3 total = cloud.area[i];
+    Vec3 total = cloud.plane_area(i);
     std::array<Vec3, 3> moment = {};
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 r = cloud.x[neighbours.column[n]] - cloud.x[i];
       total += area[n];
       for (int c = 0; c < D; ++c) moment[c] += 0.5 * area[n][c] * r;
     }
+    if (cloud.axisymmetric) moment[0] -= cloud.moment[i];
     report.residual = std::max(report.residual, norm(quotient(total, face_size(cloud, i))));
     for (int c = 0; c < D; ++c) {
       Vec3 off = (1 / cloud.volume[i]) * moment[c];

@@ -93,12 +93,14 @@ bool is_behind_wall(const Cloud& cloud, const Vec3& p, std::span<const Candidate
 void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> near, const std::string& name,
                   const SourceLocation& in_case) {
   const double d = near.front().spacing;
+  const bool beyond_axis = cloud.axisymmetric && p.x < 0;
   if (cloud.body) {
     constexpr double off_chords = 0.1;  // in spacings: facets of curved faces lie off them
-    if (cloud.body->tree().is_inside(p) || cloud.body->tree().closest(p, off_chords * d)) return;
+    const bool is_inside = cloud.body->tree().is_inside(p) || cloud.body->tree().closest(p, off_chords * d);
+    if (is_inside && !beyond_axis) return;
   } else {
     const bool is_far = near.front().distance > 0.75 * std::sqrt(cloud.dimension) * d;
-    if (!is_far && !is_behind_wall(cloud, p, near)) return;
+    if (!is_far && !beyond_axis && !is_behind_wall(cloud, p, near)) return;
   }
   std::string bounds;
   for (int axis = 0; axis < cloud.dimension; ++axis) {

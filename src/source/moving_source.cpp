@@ -342,6 +342,9 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
   if (!(efficiency > 0 && efficiency <= 1))
     table.refuse("efficiency", fmt::format("an efficiency of {:g} does not lie between 0 and 1", efficiency),
                  "give the part of the power that reaches the body");
+  if (cloud.axisymmetric)
+    table.refuse("", fmt::format("[{}] has a place in an axisymmetric body, in which it would be a ring", table.path()),
+                 "give power_density by a formula, or a power that is spread by relative_density");
   Path path = Path::read(table, cloud.dimension);
   double widest = 0;
   for (int i = 0; i < cloud.owned; ++i) widest = std::max(widest, cloud.spacing[i]);
