@@ -38,6 +38,8 @@ ut_system* units() {
       throw Error(Fault::file, "the unit database of udunits2 cannot be read",
                   "install libudunits2-data or set UDUNITS2_XML_PATH");
     }
+    const Unit degree(ut_get_unit_by_name(read.get(), "degree"));
+    ut_map_name_to_unit("deg", UT_ASCII, degree.get());  // it knows 'degree' and the sign alone
     return read;
   }();
   return system.get();
