@@ -2,10 +2,13 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <array>
 #include <cmath>
 
 #include "base/error.hpp"
+#include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/lattice.hpp"
 
@@ -26,6 +29,25 @@ Cloud conducting_alike(const Cloud& cloud, const Anisotropy& R, double scale) {
   }
   y.lattice = nullptr, y.rings = nullptr, y.box_lattice = false, y.isotropic = false;
   return y;
+}
+
+/// The largest conductivity over the least where lengths are measured in the spacings of the points: 1 on a cloud whose
+/// spacings go with the roots of the conductivities. Collective.
+double ratio_in_spacings(const Cloud& cloud, const Symmetric3& R) {
+  double largest = 1;
+  for (int i = 0; i < cloud.owned; ++i) {
+    if (i > 0 && cloud.metric[i] == cloud.metric[i - 1]) continue;
+    const Vec3& s = cloud.metric[i];
+    Eigen::Matrix3d in_spacings;
+    in_spacings << R.xx / (s.x * s.x), R.xy / (s.x * s.y), R.xz / (s.x * s.z),  //
+        R.xy / (s.x * s.y), R.yy / (s.y * s.y), R.yz / (s.y * s.z),             //
+        R.xz / (s.x * s.z), R.yz / (s.y * s.z), R.zz / (s.z * s.z);
+    const Eigen::VectorXd values =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(in_spacings.topLeftCorner(cloud.dimension, cloud.dimension))
+            .eigenvalues();
+    largest = std::max(largest, values.maxCoeff() / values.minCoeff());
+  }
+  return max(cloud.comm, largest);
 }
 
 /// Does every part have the R of the first?
@@ -82,12 +104,13 @@ std::vector<double> anisotropic_weights(const Cloud& cloud, const Neighbours& ne
                                         const BaseWeights& base_weights, CorrectionReport& report) {
   // Points displaced by 0.2 spacings have weights up to 1 : 20, not all of them positive, and none for 1 : 100.
   constexpr double largest_ratio = 30;
-  if (!(R.ratio(cloud.dimension) <= largest_ratio))
+  const double ratio = ratio_in_spacings(cloud, R.power(1));
+  if (!(ratio <= largest_ratio))
     throw Error(
         Fault::bad_case,
-        fmt::format("the material conducts {:.4g} times better along one direction than along another, pairs of "
-                    "points that do not lie along its axes serve up to {:g}",
-                    R.ratio(cloud.dimension), largest_ratio),
+        fmt::format("in units of the spacings the material conducts {:.4g} times better along one direction than "
+                    "along another; pairs of points that do not lie along its axes serve up to {:g}",
+                    ratio, largest_ratio),
         cure_of_anisotropy);
   double determinant = 1;
   for (int a = 0; a < cloud.dimension; ++a) determinant *= R.factors[a];

@@ -76,8 +76,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
         "give the columns area_x, area_y, area_z of the boundary points in the cloud's file, or take "
         "correction = \"paper\"");
   if (is_paper(table) && !material.is_isotropic())
-    table.refuse("correction", "correction = \"paper\" conducts alike in all directions",
-                 "use correction = \"consistent\"");
+    table.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
   const PairDirections directions = pair_directions(c, cloud, material, true);
   MirroredNeighbours mirrored =
       find_mirrored_neighbours(cloud, options.support(), conditions, table.text("insulated") == "even");

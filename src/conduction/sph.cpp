@@ -97,8 +97,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
                    "use at = \"walls\" in [cloud], or correction = \"consistent\"");
   }
   if (paper && !material.is_isotropic())
-    options.refuse("correction", "correction = \"paper\" conducts alike in all directions",
-                   "use correction = \"consistent\"");
+    options.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
   const bool one_layer = !options.has("smoothing") || is_one_layer(options.number("smoothing"));
   const PairDirections directions = pair_directions(c, cloud, material, one_layer);
   const double smoothing = smoothing_of(options, cloud.lattice && !directions.in_weights);

@@ -50,13 +50,6 @@ Symmetric3 Anisotropy::power(double power) const {
   return tensor({std::pow(factors.x, power), std::pow(factors.y, power), std::pow(factors.z, power)}, axes);
 }
 
-double Anisotropy::ratio(int dimension) const {
-  const Vec3 f = is_diagonal() ? power(1).diagonal() : factors;
-  double low = f.x, high = f.x;
-  for (int a = 1; a < dimension; ++a) low = std::min(low, f[a]), high = std::max(high, f[a]);
-  return high / low;
-}
-
 std::optional<Anisotropy> read_anisotropy(const Table& material) {
   if (!material.has("anisotropy")) return std::nullopt;
   const Table table = material.sub("anisotropy");

@@ -32,8 +32,6 @@ struct Anisotropy {
   Symmetric3 power(double power) const;
   /// Is R the same everywhere, and its axes those of the case?
   bool is_diagonal() const { return !cylinder && power(1).is_diagonal(); }
-  /// The largest factor over the least, of those that count in so many dimensions.
-  double ratio(int dimension) const;
 };
 
 /// [material.NAME.anisotropy]; nothing where it is absent. Throws Error(bad_case).
