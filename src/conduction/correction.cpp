@@ -16,7 +16,6 @@ namespace calor {
 
 namespace {
 
-constexpr int most_solves = 6;
 constexpr double exactly = 1e-12, roughly = 1e-2;
 constexpr double floor_of_clip = 0.02;
 /// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
@@ -202,7 +201,7 @@ void add_to_report(const CorrectionReport& done, std::map<std::string, double>& 
   report["moment_error"] = done.moment_error;
 }
 
-void require_sound(const CorrectionReport& done) {
+void require_sound(const CorrectionReport& done, bool anisotropic) {
   // On jittered lattices (displaced by 0.1, 0.2 and 0.4 spacings, of one spacing to ten to one) errors stay below a
   // tenth of the span up to a moment error of 0.33, and temperatures leave the range of their data from 0.35 on. A few
   // cubes an edge are off as much in their corners, but need no such change of weights: below 4, against 19 and more.
@@ -215,12 +214,14 @@ void require_sound(const CorrectionReport& done) {
                   "conductivity more or less, as a root mean square over the points (at most {:g} is taken), "
                   "and a share of {:.2g} of them is negative (at most {:g})",
                   done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
-      "use points that lie in lines (no jitter) or spacings that are more alike; method = \"mlpg\" needs no such "
-      "weights in a body of one part without cracks");
+      anisotropic
+          ? cure_of_anisotropy
+          : "use points that lie in lines (no jitter) or spacings that are more alike; method = \"mlpg\" needs no such "
+            "weights in a body of one part without cracks");
 }
 
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
-                                   CorrectionReport& report) {
+                                   CorrectionReport& report, int most) {
   int solves = 0;
   for (bool negative = true; negative;) {
     const std::vector<double> base = g;
@@ -229,7 +230,7 @@ void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbo
     report.lambda_iterations += solve.iterations;
     const auto below_zero = [](double G) { return G < 0; };
     negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
-    if (!negative || solves == most_solves) break;
+    if (!negative || solves == most) break;
     clip(base, g);
   }
   report.lambda_solves += solves;
@@ -239,7 +240,7 @@ void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbo
 
 std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
                                        const BaseWeights& base_weights, std::span<const double> lattice_weights,
-                                       CorrectionReport& report) {
+                                       CorrectionReport& report, int solves) {
   report = {};
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
 
@@ -261,7 +262,7 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
     report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
     clip(base, g);
   }
-  enforce_with_positive_weights(cloud, neighbours, g, report);
+  enforce_with_positive_weights(cloud, neighbours, g, report, solves);
   measure(cloud, neighbours, g, report);
   return g;
 }

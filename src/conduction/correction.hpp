@@ -53,12 +53,21 @@ double cell_size(const Cloud& cloud, int i, int j);
 /// Adds the numbers that report.json shows, by name.
 void add_to_report(const CorrectionReport& done, std::map<std::string, double>& report);
 
+/// What to do where pairs cannot serve a material that conducts differently by direction.
+inline constexpr const char* cure_of_anisotropy =
+    "use method = \"mlpg\", or a box without jitter along the axes of the material, or a cloud whose spacings go with "
+    "the roots of the conductivities";
+
 /// Refuses weights that are far from conducting alike in all directions, as on clouds of flat points that lie in no
-/// lines: no weights of pairs suit them. Throws Error(bad_case) with the numbers, on all ranks alike.
-void require_sound(const CorrectionReport& done);
+/// lines: no weights of pairs suit them. `anisotropic`: the body does not conduct alike, and the weights are off that.
+/// Throws Error(bad_case) with the numbers, on all ranks alike.
+void require_sound(const CorrectionReport& done, bool anisotropic = false);
 
 /// Base weights g (directed, symmetric to the last bit, true volumes); called only where they are needed.
 using BaseWeights = std::function<std::vector<double>()>;
+
+/// Times that (L) is solved at most, each time from weights without the negative ones of the time before.
+constexpr int most_solves = 6;
 
 /// Consistent weights from base weights: Sinkhorn scaling of the traces of (M), a fit of (M), then (L) by
 /// G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary areas. `lattice_weights`: G of a pair
@@ -67,7 +76,7 @@ using BaseWeights = std::function<std::vector<double>()>;
 /// number of ranks. Collective; throws Error(numbers) where (L) has no solution.
 std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
                                        const BaseWeights& base_weights, std::span<const double> lattice_weights,
-                                       CorrectionReport& report);
+                                       CorrectionReport& report, int solves = most_solves);
 
 /// Force f = G |x_ji| that two points on a line of a lattice would exchange if it were unbounded, up to a common
 /// factor: of how many intervals apart they are, and of their distance over the mean spacing along the axis of the
@@ -82,6 +91,9 @@ using LineForce = std::function<double(std::int64_t steps, double distance, doub
 /// Collective; throws Error where points next to each other along an axis are no neighbours.
 std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& neighbours, const LineForce& force,
                                          CorrectionReport& report);
+
+/// The same of neighbours alone.
+std::vector<double> neighbour_line_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report);
 
 // The steps, for bodies whose weights are made in another way. All are collective, take weights of directed pairs that
 // are symmetric to the last bit and leave them so.
@@ -119,8 +131,8 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
                                        double tolerance);
 
 /// The same, again and again from weights without the negative ones (kept at 0.02 of what they were), until there are
-/// none, six times at most. Books solves, residual and what is left of negative weights.
+/// none, `most` times at most. Books solves, residual and what is left of negative weights.
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
-                                   CorrectionReport& report);
+                                   CorrectionReport& report, int most = most_solves);
 
 }  // namespace calor

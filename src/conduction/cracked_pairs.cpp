@@ -188,8 +188,9 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
 
 Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
                            MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
-                           MethodReport& report) {
-  if (!has_cracks(c)) return pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers);
+                           MethodReport& report, const PairDirections& directions) {
+  if (!has_cracks(c))
+    return pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers, directions);
   Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();

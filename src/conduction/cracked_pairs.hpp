@@ -23,9 +23,9 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
                              std::vector<double> G, CorrectionReport& report);
 
 /// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
-/// from all pairs, images folded. Collective; throws Error.
+/// from all pairs, images folded, with the directions that they conduct by. Collective; throws Error.
 Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
                            MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
-                           MethodReport& report);
+                           MethodReport& report, const PairDirections& directions = {});
 
 }  // namespace calor

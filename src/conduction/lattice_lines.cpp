@@ -204,4 +204,11 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
   return G;
 }
 
+std::vector<double> neighbour_line_weights(const Cloud& cloud, const Neighbours& neighbours, CorrectionReport& report) {
+  const LineForce force = [](std::int64_t steps, double /*distance*/, double /*spacing*/) {
+    return steps == 1 ? 1.0 : 0.0;
+  };
+  return lattice_line_weights(cloud, neighbours, force, report);
+}
+
 }  // namespace calor

@@ -155,10 +155,14 @@ MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& s
 }
 
 PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G,
-                      Layers layers, std::span<const PrescribedTerm> temperatures) {
+                      Layers layers, std::span<const PrescribedTerm> temperatures, const PairDirections& directions) {
   Neighbours& all = mirrored.neighbours;
-  if (all.mirrors.empty())
-    return {std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
+  const auto pairs = [&] {
+    return std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G), CrackBonds(), directions);
+  };
+  if (all.mirrors.empty()) return {pairs(), nullptr};
+  std::vector<int> part;
+  if (!directions.of_parts.empty()) collective_try(cloud.comm, [&] { part = parts.at(cloud.x, cloud.tag); });
 
   using Image = std::tuple<int, std::uint8_t, std::array<int, 3>>;
   std::map<Image, std::int32_t> numbers;
@@ -188,7 +192,8 @@ PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours
       if (is_new) add_values(cloud, j, all.image[n], walls, layers, bonds);
       bonds.point.push_back(i);
       bonds.image.push_back(known->second);
-      bonds.G.push_back(G[n]);
+      const Vec3 x_ji = all.mirrors[all.image[n]].displacement(cloud.x[i], cloud.x[j]);
+      bonds.G.push_back(part.empty() ? G[n] : along(directions.of_parts[part[i]], x_ji) * G[n]);
     }
     all.row[i] = static_cast<std::int64_t>(first);
   }
@@ -196,15 +201,17 @@ PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours
   all.column.resize(kept);
   G.resize(kept);
   all.image = {}, all.mirrors = {}, all.mirrored = {};
-  PairTerms terms{std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G)), nullptr};
+  PairTerms terms{pairs(), nullptr};
   if (any(cloud.comm, !bonds.G.empty()))
     terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);
   return terms;
 }
 
 Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const Conditions& conditions,
-                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers) {
-  PairTerms terms = fold_images(cloud, parts, std::move(mirrored), std::move(G), layers, conditions.temperatures);
+                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+                                   const PairDirections& directions) {
+  PairTerms terms =
+      fold_images(cloud, parts, std::move(mirrored), std::move(G), layers, conditions.temperatures, directions);
   std::vector<std::unique_ptr<HeatTerm>> walls;
   if (terms.images) walls.push_back(std::move(terms.images));
   return nodal_discretisation(cloud, conditions, std::move(terms.pairs), std::move(walls));

@@ -41,10 +41,12 @@ struct PairTerms {
 
 /// The terms of the weights of all pairs, images included. `temperatures` must outlive them. Collective.
 PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours mirrored, std::vector<double> G,
-                      Layers layers, std::span<const PrescribedTerm> temperatures);
+                      Layers layers, std::span<const PrescribedTerm> temperatures,
+                      const PairDirections& directions = {});
 
 /// The same as a discretisation.
 Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const Conditions& conditions,
-                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers);
+                                   MirroredNeighbours mirrored, std::vector<double> G, Layers layers,
+                                   const PairDirections& directions = {});
 
 }  // namespace calor

@@ -29,6 +29,13 @@ void add_slopes(const ShapeRows& shapes, std::size_t q, SparseRows& rows) {
   rows.value.insert(rows.value.end(), shapes.slope.begin() + begin, shapes.slope.begin() + end);
 }
 
+/// R a: across a face of area a flows k R a . grad T.
+std::vector<Vec3> conormals(const MlpgOptions& o, std::span<const Vec3> x, std::span<const Vec3> area) {
+  std::vector<Vec3> out(area.begin(), area.end());
+  for (std::size_t q = 0; o.anisotropy && q < out.size(); ++q) out[q] = o.anisotropy->at(x[q]) * area[q];
+  return out;
+}
+
 QuadraturePoints places_of(const Cloud& cloud, const Faces& faces) {
   QuadraturePoints places{.x = faces.x, .tag = {}, .phi = {}};
   for (const int a : faces.a) places.tag.push_back(cloud.tag[a]);
@@ -53,17 +60,18 @@ void gather_at_points(const Cloud& cloud, CellQuadrature& cells) {
 }
 
 /// The walls of prescribed temperature, whose rows of shape functions begin at `first`.
-PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_t first,
+PenaltyRows penalty_rows(const Cloud& cloud, const MlpgOptions& o, const ShapeRows& shapes, std::size_t first,
                          std::span<const PrescribedTerm> temperatures) {
   constexpr double alpha = 1e5;  // in conductivity / spacing: walls are off by 1e-5 of what T changes over a spacing
   PenaltyRows walls;
   for (const PrescribedTerm& term : temperatures) {
     SparseRows& slope = walls.slope.emplace_back();
     std::vector<double>& stiffness = walls.stiffness.emplace_back();
+    const std::vector<Vec3> area = conormals(o, term.x, term.area);
     for (std::size_t n = 0; n < term.point.size(); ++n) {
       add_slopes(shapes, first++, slope);
       slope.close_row();
-      stiffness.push_back(alpha * norm(quotient(term.area[n], cloud.metric[term.point[n]])));
+      stiffness.push_back(alpha * norm(quotient(area[n], cloud.metric[term.point[n]])));
     }
   }
   return walls;
@@ -71,12 +79,13 @@ PenaltyRows penalty_rows(const Cloud& cloud, const ShapeRows& shapes, std::size_
 
 MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, std::optional<CellQuadrature> cells,
                             std::span<const PrescribedTerm> temperatures, MlpgReport& report) {
-  std::vector<Vec3> places = faces.x, along = faces.area;
+  std::vector<Vec3> places = faces.x, along = conormals(o, faces.x, faces.area);
   if (o.prescribed == MlpgPrescribed::collocation) temperatures = {};
   if (!cloud.points_on_walls) temperatures = {};  // held by the layer before the wall
   for (const PrescribedTerm& term : temperatures) {
     places.insert(places.end(), term.x.begin(), term.x.end());
-    along.insert(along.end(), term.area.begin(), term.area.end());
+    const std::vector<Vec3> at_wall = conormals(o, term.x, term.area);
+    along.insert(along.end(), at_wall.begin(), at_wall.end());
   }
   const std::size_t with_slope = places.size();
   if (cells) places.insert(places.end(), cells->x.begin(), cells->x.end());
@@ -90,7 +99,7 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
   MlpgScheme scheme{.conduction = nullptr, .shapes = {o.mls, o.support, report.supports.R}};
   if (o.prescribed == MlpgPrescribed::penalty && cloud.points_on_walls)
     scheme.walls =
-        std::make_unique<PenaltyWalls>(penalty_rows(cloud, shapes, faces.size(), temperatures), temperatures);
+        std::make_unique<PenaltyWalls>(penalty_rows(cloud, o, shapes, faces.size(), temperatures), temperatures);
   const std::size_t in_cells = rows.cells ? rows.cells->x.size() : 0;
   rows.conduction.phi = shapes.phi.part(0, faces.size());
   if (rows.cells) rows.cells->phi = shapes.phi.part(with_slope, in_cells);
@@ -99,25 +108,28 @@ MlpgScheme parameter_scheme(const Cloud& cloud, const MlpgOptions& o, Faces face
   return scheme;
 }
 
-/// k a.[g + v (T_j - T_i - g.x_ji)], g = sum_J grad phi_J T_J and v = x_ji / r^2 as the metric has it, so that v.x_ji =
-/// 1: in spacings, the line between two flat points is as good a guide to the flux as that between cubes. Across a face
-/// of a lattice, a parallel to x_ji, g drops out and two points remain.
+/// k [R a.g + max(0, R a.v) (T_j - T_i - g.x_ji)], g = sum_J grad phi_J T_J and v = x_ji / r^2 as the metric has it, so
+/// that v.x_ji = 1: in spacings, the line between two flat points is as good a guide to the flux as that between cubes.
+/// Across a face of a lattice, R a parallel to x_ji, g drops out and two points remain. R a may point far from x_ji,
+/// even away from it: the difference along the line then must not count the wrong way round.
 MlpgScheme nodal_scheme(const Cloud& cloud, const MlpgOptions& o, Faces faces, MlpgReport& report) {
   std::vector<double> along(faces.size());  // the lines i-j
-  std::vector<Vec3> across(faces.size());
+  std::vector<Vec3> across = conormals(o, faces.x, faces.area);
   for (std::size_t q = 0; q < faces.size(); ++q) {
     const Vec3 r = cloud.x[faces.b[q]] - cloud.x[faces.a[q]];
     const Vec3 s = cloud.mean_metric(faces.a[q], faces.b[q]), xi = quotient(r, s);
-    along[q] = dot(faces.area[q], quotient(xi, s)) / dot(xi, xi);
-    across[q] = faces.area[q] - along[q] * r;
+    along[q] = dot(across[q], quotient(xi, s)) / dot(xi, xi);
+    if (o.anisotropy) along[q] = std::max(0.0, along[q]);
+    across[q] -= along[q] * r;
   }
+  const bool two_points = cloud.lattice && (!o.anisotropy || o.anisotropy->is_diagonal());
   ShapeRows shapes;
-  if (!cloud.lattice) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
+  if (!two_points) shapes = shape_rows(cloud, o.mls, o.support, faces.x, across, report.supports);
   FaceRows rows;
   rows.flux.column.reserve(shapes.phi.column.size() + 2 * faces.size());
   rows.flux.value.reserve(shapes.phi.column.size() + 2 * faces.size());
   for (std::size_t q = 0; q < faces.size(); ++q) {
-    if (!cloud.lattice) add_slopes(shapes, q, rows.flux);
+    if (!two_points) add_slopes(shapes, q, rows.flux);
     add_to(rows.flux, faces.a[q], -along[q]);
     add_to(rows.flux, faces.b[q], along[q]);
     rows.flux.close_row();

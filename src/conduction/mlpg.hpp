@@ -40,6 +40,7 @@ struct MlpgOptions {
   MlpgSubdomain subdomain = MlpgSubdomain::tiles;
   double radius = 0.7;  ///< of the spheres, over spacing
   MlpgPrescribed prescribed = MlpgPrescribed::collocation;
+  std::optional<Anisotropy> anisotropy = {};  ///< of the material; none: it conducts alike in all directions
 
   /// What suits the cloud; `regular`: a box lattice.
   static MlpgOptions defaults(int dimension, bool regular, int degree = 1);

@@ -93,7 +93,7 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
   constexpr const char* cure =
       "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the linear "
       "basis, or flux = \"edge-stabilised\"";
-  if (is_regular(cloud) && o.support.neighbours == 0) {
+  if (is_regular(cloud) && o.support.neighbours == 0 && !o.anisotropy) {
     const bool one_point = o.capacity == MlpgCapacity::one_point;
     const auto cell =
         spheres ? lattice_sphere(cloud.dimension, o.radius, one_point) : lattice_box(cloud.dimension, one_point);
@@ -114,9 +114,11 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
         table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)};
   }
   const bool always_stable = o.mls.degree == 1 && cloud.dimension < 3 && !cloud.axisymmetric &&
-                             o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres;
+                             o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres && !o.anisotropy;
   if (!transient || always_stable) return {};
-  const double growth = start_up_growth(cloud, conduction);
+  const double growth = start_up_growth(
+      cloud, conduction,
+      o.anisotropy ? std::max({o.anisotropy->factors.x, o.anisotropy->factors.y, o.anisotropy->factors.z}) : 1);
   report["start_up_growth"] = growth;
   if (growth > 1.02)
     table.refuse("support",
@@ -157,22 +159,20 @@ Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& co
 /// jumps. The faces are parallel to the lines between the points then, a_ij = G_ij x_ji, so that the edge-stabilised
 /// flux is that of the two points alone, in series through what lies between them. On lattices these are the faces of
 /// the cells, elsewhere and beside cracks those of consistent weights.
-Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions& conditions, const Parts& parts,
-                             MethodReport& report) {
+Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions& conditions,
+                             const MaterialField& material, MethodReport& report) {
   constexpr double smoothing = 1.2;
   const bool tiles = cloud.lattice && !has_cracks(c);
-  const LineForce neighbours_alone = [](std::int64_t /*steps*/, double /*distance*/, double /*spacing*/) {
-    return 1.0;
-  };
+  const PairDirections directions = pair_directions(c, cloud, material, tiles);
   MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
   count_pairs(cloud, pairs.neighbours, report);
   CorrectionReport done;
   std::optional<Cloud> copy;
-  auto G = tiles ? lattice_line_weights(cloud, pairs.neighbours, neighbours_alone, done)
-                 : sph_consistent_weights(without_cracks(cloud, copy), pairs.neighbours, smoothing, done);
-  require_sound(done);
-  auto discretisation =
-      with_cracks(c, cloud, parts, conditions, std::move(pairs), std::move(G), Layers::odd, done, report);
+  auto G = tiles ? neighbour_line_weights(cloud, pairs.neighbours, done)
+                 : sph_consistent_weights(without_cracks(cloud, copy), pairs.neighbours, smoothing, done, directions);
+  require_sound(done, directions.in_weights.has_value());
+  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(pairs), std::move(G), Layers::odd,
+                                    done, report, directions);
   add_to_report(done, report);
   return discretisation;
 }
@@ -192,7 +192,17 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   if (is_broken || (parts.count() > 1 && asked.empty())) {
     o.flux = MlpgFlux::edge_stabilised;
     refuse_what_does_not_fit(c, cloud, o);
-    return between_parts(c, cloud, conditions, parts, report);
+    return between_parts(c, cloud, conditions, material, report);
+  }
+  if (!material.is_isotropic() && parts.count() > 1)
+    table.refuse(asked, "a material that conducts differently by direction is one part of several",
+                 "leave it out, or take flux = \"edge-stabilised\"");
+  if (!material.is_isotropic() && !cloud.points_on_walls)
+    c.section("cloud").refuse("file", "a material that conducts differently by direction needs points on the walls",
+                              "let the file describe points on the surface of the body");
+  if (const Anisotropy* anisotropy = material.anisotropy(0)) {
+    o.anisotropy = *anisotropy;
+    if (asked.empty()) o.flux = MlpgFlux::edge_stabilised;
   }
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
   if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)

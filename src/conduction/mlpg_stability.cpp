@@ -198,13 +198,13 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
   return out;
 }
 
-double start_up_growth(const Cloud& cloud, const FaceConduction& conduction) {
+double start_up_growth(const Cloud& cloud, const FaceConduction& conduction, double factor) {
   constexpr int steps = 60, watched = 20;
   double d = std::numeric_limits<double>::max();
   for (int i = 0; i < cloud.owned; ++i)
     for (int a = 0; a < 3; ++a) d = std::min(d, cloud.metric[i][a]);
   d = min(cloud.comm, d);
-  const double dt = 0.1 * d * d;
+  const double dt = 0.1 * d * d / factor;
   const petsc::Matrix A = stepping_matrix(cloud, conduction, dt, 0.5), B = stepping_matrix(cloud, conduction, dt, -0.5);
   const petsc::Vector unknowns = petsc::create_vector(A), right = petsc::create_vector(A);
   petsc::LinearSolver solver;

@@ -39,7 +39,7 @@ LatticeSymbols lattice_symbols(const MovingLeastSquares& mls, double R, const La
 
 /// Marches 60 Crank-Nicolson steps of a tenth of d^2/diffusivity from random parameters and returns the growth of T^h
 /// over the last 20 (below 1 for a stable scheme); infinite where it blows up before or the linear solver fails.
-/// Collective.
-double start_up_growth(const Cloud& cloud, const FaceConduction& conduction);
+/// `factor`: the largest of an anisotropic conductivity. Collective.
+double start_up_growth(const Cloud& cloud, const FaceConduction& conduction, double factor = 1);
 
 }  // namespace calor

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "conduction/linear_algebra.hpp"
 #include "conduction/pair_flux.hpp"
 
@@ -37,9 +38,17 @@ PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::v
     : Conduction(Evaluation::nodes), cloud_(cloud), neighbours_(std::move(neighbours)), G_(std::move(G)) {}
 
 PairConduction::PairConduction(const Cloud& cloud, const Parts& parts, Neighbours neighbours, std::vector<double> G,
-                               CrackBonds cracks)
+                               CrackBonds cracks, const PairDirections& directions)
     : PairConduction(cloud, std::move(neighbours), std::move(G)) {
-  series_ = SeriesPairs(cloud, parts, neighbours_, G_, std::move(cracks));
+  series_ = SeriesPairs(cloud, parts, neighbours_, G_, std::move(cracks), directions.of_parts);
+  if (directions.in_weights) R_ = directions.in_weights->power(1);
+  if (directions.of_parts.empty()) return;
+  std::vector<int> part;
+  collective_try(cloud.comm, [&] { part = parts.at(cloud.x, cloud.tag); });
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n)
+      factor_.push_back(along(directions.of_parts[part[i]], neighbours_.x_ji(cloud.x, i, n)));
+  for (std::size_t n = 0; n < G_.size(); ++n) G_[n] *= factor_[n];
 }
 
 void PairConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
@@ -85,8 +94,9 @@ void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums)
 }
 
 void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
-  // q_i = -M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
-  // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does.
+  // q_i = -R M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
+  // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does. Where every part
+  // has an R of its own, M_i is made of the weights without it instead.
   std::vector<Symmetric3> M(cloud_.owned);
   std::vector<Vec3> b(cloud_.owned);
   series_.add_moments(k, T, M, b);
@@ -95,10 +105,10 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
       for (std::int64_t n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
         const std::int32_t j = neighbours_.column[n];
         const Vec3 x = cloud_.x[j] - cloud_.x[i];
-        M[i].add(G_[n], x);
+        M[i].add(factor_.empty() ? G_[n] : G_[n] / factor_[n], x);
         b[i] += G_[n] * flux(i, j) * x;
       }
-      q[i] = -(pseudo_inverse(M[i]) * b[i]);  // zero in directions without neighbours
+      q[i] = -(R_ * (pseudo_inverse(M[i]) * b[i]));  // zero in directions without neighbours
     }
   });
 }

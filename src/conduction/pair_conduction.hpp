@@ -6,6 +6,7 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "conduction/heat_term.hpp"
+#include "conduction/pair_directions.hpp"
 #include "conduction/series_pairs.hpp"
 
 namespace calor {
@@ -15,9 +16,10 @@ class PairConduction final : public Conduction {
   /// G[n] belongs to neighbours.column[n], m^3/m^2 = m; G_ij = G_ji to the last bit on both sides. One part alone, no
   /// cracks.
   PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G);
-  /// In a body of several parts, with cracks. Collective; throws Error.
+  /// In a body of several parts, with cracks, or of materials that conduct differently by direction. Collective; throws
+  /// Error.
   PairConduction(const Cloud& cloud, const Parts& parts, Neighbours neighbours, std::vector<double> G,
-                 CrackBonds cracks = {});
+                 CrackBonds cracks = {}, const PairDirections& directions = {});
 
   void add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const override;
   void add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const override;
@@ -39,6 +41,8 @@ class PairConduction final : public Conduction {
   Neighbours neighbours_;
   std::vector<double> G_;  ///< 0 for the pairs in series_
   SeriesPairs series_;
+  Symmetric3 R_ = {1, 1, 1};    ///< that G_ holds in the whole body; or
+  std::vector<double> factor_;  ///< R along every entry of G_, which holds it; empty: none
 };
 
 }  // namespace calor

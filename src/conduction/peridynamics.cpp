@@ -78,6 +78,9 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
         "correction = \"consistent\" needs to know the surface of the body, but the cloud has no boundary areas",
         "give the columns area_x, area_y, area_z of the boundary points in the cloud's file, or take "
         "correction = \"paper\"");
+  if (is_paper(table) && !material.is_isotropic())
+    table.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
+  const PairDirections directions = pair_directions(c, cloud, material, true);
   MirroredNeighbours mirrored =
       find_mirrored_neighbours(cloud, options.support(), conditions, table.text("insulated") == "even");
   count_pairs(cloud, mirrored.neighbours, report);
@@ -87,10 +90,10 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   }
   CorrectionReport done;
   std::optional<Cloud> copy;
-  auto G = peridynamic_weights(without_cracks(cloud, copy), mirrored.neighbours, options, done);
-  require_sound(done);
-  auto discretisation =
-      with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers, done, report);
+  auto G = peridynamic_weights(without_cracks(cloud, copy), mirrored.neighbours, options, done, directions);
+  require_sound(done, directions.in_weights.has_value());
+  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers,
+                                    done, report, directions);
   add_to_report(done, report);
   return discretisation;
 }
@@ -129,8 +132,8 @@ std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbour
 }
 
 std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options,
-                                        CorrectionReport& report) {
-  if (cloud.lattice && !cloud.box_lattice) {
+                                        CorrectionReport& report, const PairDirections& directions) {
+  if ((cloud.lattice && !cloud.box_lattice) || !directions.of_parts.empty()) {
     const LineForce force = [&](std::int64_t /*steps*/, double distance, double spacing) {
       const double r = distance / spacing, delta = options.horizon.radius(spacing) / spacing;
       const double whole = r <= delta * (1 + 1e-9) ? 1 : 0;
@@ -139,8 +142,9 @@ std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& ne
     };
     return lattice_line_weights(cloud, neighbours, force, report);
   }
-  return consistent_weights(
-      cloud, neighbours, [&] { return base_weights(cloud, neighbours, options); }, {}, report);
+  const BaseWeights base = [&] { return base_weights(cloud, neighbours, options); };
+  return directions.in_weights ? anisotropic_weights(cloud, neighbours, *directions.in_weights, base, report)
+                               : consistent_weights(cloud, neighbours, base, {}, report);
 }
 
 std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options) {

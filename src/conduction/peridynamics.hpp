@@ -10,6 +10,7 @@
 #include "cloud/neighbours.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/method.hpp"
+#include "conduction/pair_directions.hpp"
 
 namespace calor {
 
@@ -31,9 +32,10 @@ struct Peridynamics {
 std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options);
 
 /// Consistent weights of bonds: on lattices of unequal spacings peridynamics along every line of points, on all other
-/// clouds base weights that are corrected. Collective; throws Error.
+/// clouds base weights that are corrected. Where a body conducts differently by direction, the lines serve lattices of
+/// equal spacings too. Collective; throws Error.
 std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options,
-                                        CorrectionReport& report);
+                                        CorrectionReport& report, const PairDirections& directions = {});
 
 /// The paper's weights: base weights times g, the surface correction by direction (Madenci & Oterkus, Peridynamic
 /// Theory and Its Applications, 2014, sec. 4.2): along every axis the thermal potential of a linear temperature is

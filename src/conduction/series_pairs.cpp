@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "conduction/pair_directions.hpp"
 #include "conduction/pair_flux.hpp"
 
 namespace calor {
@@ -28,8 +29,9 @@ double resistance_of(double h, double length) {
 /// Finds the pairs and what they run through.
 class SeriesPairs::Builder {
  public:
-  Builder(SeriesPairs& out, const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G)
-      : out_(out), cloud_(cloud), parts_(parts), neighbours_(neighbours), G_(G) {}
+  Builder(SeriesPairs& out, const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G,
+          std::span<const Symmetric3> R)
+      : out_(out), cloud_(cloud), parts_(parts), neighbours_(neighbours), G_(G), R_(R) {}
 
   void find_parts() {
     own_ = parts_.at(cloud_.x, cloud_.tag);
@@ -135,10 +137,16 @@ class SeriesPairs::Builder {
     return out_.pairs_.size() - 1;
   }
 
+  /// R of a part along a pair.
+  double factor(const Candidate& c, int part) const {
+    return R_.empty() ? 1 : along(R_[part], cloud_.x[c.b] - cloud_.x[c.a]);
+  }
+
   void set_one_part(const Candidate& c, int part, Pair& p) {
     p.one_part = true;
-    out_.pieces_.push_back({end_at(c.a, part), 0.5});
-    out_.pieces_.push_back({end_at(c.b, part), 0.5});
+    const double half = 0.5 / factor(c, part);
+    out_.pieces_.push_back({end_at(c.a, part), half});
+    out_.pieces_.push_back({end_at(c.b, part), half});
   }
 
   std::size_t along_interface(const Candidate& c, int part, double G) {
@@ -165,8 +173,8 @@ class SeriesPairs::Builder {
         const double middle = 0.5 * (begin + kept[n].end);
         const bool at_a = n == 0 || (n + 1 < kept.size() && middle <= 0.5), at_end = n == 0 || n + 1 == kept.size();
         const Vec3 place = segment.a + middle * x_ba;
-        out_.pieces_.push_back(
-            {end_at(at_a ? c.a : c.b, kept[n].part, at_end ? nullptr : &place), kept[n].end - begin});
+        out_.pieces_.push_back({end_at(at_a ? c.a : c.b, kept[n].part, at_end ? nullptr : &place),
+                                (kept[n].end - begin) / factor(c, kept[n].part)});
         begin = kept[n].end;
       }
     }
@@ -226,20 +234,21 @@ class SeriesPairs::Builder {
   const Parts& parts_;
   const Neighbours& neighbours_;
   std::span<double> G_;
+  std::span<const Symmetric3> R_;
   std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
   std::vector<Candidate> candidates_;
   std::map<std::pair<std::int32_t, int>, std::int32_t> known_;
 };
 
 SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G,
-                         CrackBonds cracks)
+                         CrackBonds cracks, std::span<const Symmetric3> R)
     : cloud_(&cloud), openings_(std::move(cracks.openings)) {
   std::ranges::stable_sort(cracks.bonds, {}, &CrackBond::entry);
   const bool has_bonds = any(cloud.comm, !cracks.bonds.empty());
   if (parts.count() == 1 && !has_bonds) return;
   exist_ = true;
   collective_try(cloud.comm, [&] {
-    Builder builder(*this, cloud, parts, neighbours, G);
+    Builder builder(*this, cloud, parts, neighbours, G, R);
     builder.find_parts();
     builder.add_pairs(cracks.bonds);
   });
@@ -286,7 +295,7 @@ SeriesPairs::Flux SeriesPairs::flux(const Pair& p, const Conductivity& at, doubl
   const Conductivity& k = *at.ends;
   if (p.one_part) {
     const std::int32_t a = pieces_[p.first].end, b = pieces_[p.first + 1].end;
-    f.K = mean_conductivity(k.mean, k.k[a], k.k[b]).value;
+    f.K = mean_conductivity(k.mean, k.k[a], k.k[b]).value * (0.5 / pieces_[p.first].fraction);
   } else {
     double r = 0;
     for (std::int32_t n = p.first; n < p.end; ++n) r += pieces_[n].fraction / k.k[pieces_[n].end];
@@ -319,7 +328,7 @@ void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T,
     if (!ends.dk_dT.empty()) {
       for (std::int32_t m = p.first; m < p.end; ++m) {
         const std::int32_t e = pieces_[m].end;
-        const double by_k = p.one_part && ends.mean != Mean::harmonic ? 0.5
+        const double by_k = p.one_part && ends.mean != Mean::harmonic ? 0.25 / pieces_[m].fraction
                             : ends.k[e] > 0 ? f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e])
                                             : 0;
         (ends_.phi.column[e] == p.a ? by_a : by_b) += by_k * ends.dk_dT[e] * jump;

@@ -33,10 +33,10 @@ struct CrackBonds {
 class SeriesPairs {
  public:
   SeriesPairs() = default;
-  /// Takes its pairs' weights out of G (directed, as in `neighbours`). The cloud and the parts must outlive this.
-  /// Collective; throws Error.
+  /// Takes its pairs' weights out of G (directed, as in `neighbours`). `R`: of every part whose conductivity is k R,
+  /// all pairs along its axes; empty: it is k. The cloud and the parts must outlive this. Collective; throws Error.
   SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G,
-              CrackBonds cracks);
+              CrackBonds cracks, std::span<const Symmetric3> R = {});
 
   /// Are there any on some rank?
   bool exist() const { return exist_; }
@@ -65,7 +65,7 @@ class SeriesPairs {
   };
   struct Piece {
     std::int32_t end;  ///< index into ends_
-    double fraction;   ///< of the way
+    double fraction;   ///< of the way, over R along the pair
   };
   struct CrackResistance {
     double opens, resistance;

@@ -61,6 +61,9 @@ double smoothing_of(const Table& options, bool exact_lattice) {
   return smoothing;
 }
 
+/// Weights that end where those of a lattice do.
+bool is_one_layer(double smoothing) { return std::abs(smoothing - 1) < 1e-9; }
+
 Support support_of(const Case& c) { return sph_support(smoothing_of(c.section("sph"), false)); }
 
 /// The paper's own scheme with corrected constants (docs/theory, "paper"): full cell volumes in all pairs, and at wall
@@ -78,7 +81,6 @@ Discretisation paper_scheme(const Cloud& cloud, const Parts& parts, const Condit
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
   const Table options = c.section("sph");
-  const double smoothing = smoothing_of(options, cloud.lattice != nullptr);
   const bool paper = options.text("correction") == "paper";
   if (!cloud.has_areas) {
     c.section("cloud").refuse(
@@ -97,6 +99,11 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
                    "correction = \"paper\" writes the wall conditions at points on the walls, and the cloud has none",
                    "use at = \"walls\" in [cloud], or correction = \"consistent\"");
   }
+  if (paper && !material.is_isotropic())
+    options.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
+  const bool one_layer = !options.has("smoothing") || is_one_layer(options.number("smoothing"));
+  const PairDirections directions = pair_directions(c, cloud, material, one_layer);
+  const double smoothing = smoothing_of(options, cloud.lattice && !directions.in_weights);
   MirroredNeighbours mirrored = find_mirrored_neighbours(cloud, sph_support(smoothing), conditions, true);
   count_pairs(cloud, mirrored.neighbours, report);
   report["smoothing"] = smoothing;
@@ -104,10 +111,10 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
 
   CorrectionReport done;
   std::optional<Cloud> copy;
-  auto G = sph_consistent_weights(without_cracks(cloud, copy), mirrored.neighbours, smoothing, done);
-  require_sound(done);
-  auto discretisation =
-      with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), Layers::odd, done, report);
+  auto G = sph_consistent_weights(without_cracks(cloud, copy), mirrored.neighbours, smoothing, done, directions);
+  require_sound(done, directions.in_weights.has_value());
+  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G),
+                                    Layers::odd, done, report, directions);
   add_to_report(done, report);
   return discretisation;
 }
@@ -144,15 +151,14 @@ std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neigh
 }
 
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
-                                           CorrectionReport& report) {
-  const bool one_layer = std::abs(smoothing - 1) < 1e-9;
-  if (one_layer && cloud.lattice && !cloud.box_lattice) {
-    const LineForce neighbours_alone = [](std::int64_t steps, double, double) { return steps == 1 ? 1.0 : 0.0; };
-    return lattice_line_weights(cloud, neighbours, neighbours_alone, report);
-  }
-  return consistent_weights(
-      cloud, neighbours, [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); },
-      one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
+                                           CorrectionReport& report, const PairDirections& directions) {
+  const bool one_layer = is_one_layer(smoothing);
+  if ((one_layer && cloud.lattice && !cloud.box_lattice) || !directions.of_parts.empty())
+    return neighbour_line_weights(cloud, neighbours, report);
+  const BaseWeights base = [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); };
+  if (directions.in_weights) return anisotropic_weights(cloud, neighbours, *directions.in_weights, base, report);
+  return consistent_weights(cloud, neighbours, base,
+                            one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
 }
 
 namespace {

@@ -25,9 +25,10 @@ inline double sph_support(double smoothing) { return 2 * smoothing; }
 std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
                                      double smoothing);
 
-/// The consistent pair weights, m. `neighbours` within sph_support(smoothing), images included. Collective.
+/// The consistent pair weights, m. `neighbours` within sph_support(smoothing), images included. Where `directions` are
+/// those of lines, the cloud is a lattice and the smoothing 1. Collective.
 std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours& neighbours, double smoothing,
-                                           CorrectionReport& report);
+                                           CorrectionReport& report, const PairDirections& directions = {});
 /// Registers method = "sph".
 
 }  // namespace calor

@@ -11,6 +11,7 @@
 
 #include "base/function.hpp"
 #include "base/vec3.hpp"
+#include "material/anisotropy.hpp"
 
 namespace calor {
 
@@ -57,6 +58,8 @@ class Material {
   virtual bool density_depends_on_T() const = 0;
   /// Are density and specific heat known? A steady case does without.
   virtual bool has_capacity() const = 0;
+  /// How the conductivity depends on direction; null: it does not.
+  virtual const Anisotropy* anisotropy() const { return nullptr; }
   /// Names of the materials that are mixed in it; its own where nothing is. A name may come twice.
   virtual std::vector<std::string> ingredients() const { return {name}; }
 

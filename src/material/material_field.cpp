@@ -182,6 +182,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
     region.conductivity_location = place_of(c, part, "conductivity");
     region.capacity_location = place_of(c, part, "specific_heat");
     const Material& m = *region.material;
+    if (m.anisotropy()) require_axes_in_body(*m.anisotropy(), cloud.dimension, place_of(c, part, "anisotropy"));
     p.k_depends_on_T |= m.conductivity_depends_on_T();
     p.k_depends_on_time |= m.conductivity_depends_on_time();
     p.capacity_depends_on_T |= m.capacity_depends_on_T();
@@ -236,6 +237,10 @@ MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x,
 
 const Parts& MaterialField::parts() const { return *impl_->parts; }
 Mean MaterialField::mean() const { return impl_->mean; }
+const Anisotropy* MaterialField::anisotropy(int part) const { return impl_->regions[part].material->anisotropy(); }
+bool MaterialField::is_isotropic() const {
+  return std::ranges::none_of(impl_->regions, [](const Region& r) { return r.material->anisotropy(); });
+}
 bool MaterialField::conductivity_depends_on_T() const { return impl_->k_depends_on_T; }
 bool MaterialField::conductivity_depends_on_time() const { return impl_->k_depends_on_time; }
 bool MaterialField::capacity_depends_on_T() const { return impl_->has_capacity && impl_->capacity_depends_on_T; }

@@ -11,6 +11,7 @@
 #include "case/schema.hpp"
 #include "cloud/cloud.hpp"
 #include "geometry/parts.hpp"
+#include "material/anisotropy.hpp"
 #include "material/material.hpp"
 
 namespace calor {
@@ -36,6 +37,9 @@ class MaterialField {
   /// How pairs inside a part share k: as the case asks for, otherwise integral for one material with k(T), harmonic
   /// where k is given in layers, arithmetic for the rest.
   Mean mean() const;
+  /// How a part conducts by direction; null: alike.
+  const Anisotropy* anisotropy(int part) const;
+  bool is_isotropic() const;
   bool conductivity_depends_on_T() const;
   bool conductivity_depends_on_time() const;
   bool capacity_depends_on_T() const;

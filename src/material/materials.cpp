@@ -72,8 +72,9 @@ void declare_materials(Schema& schema) {
   schema.add({.path = "material.*",
               .sentence =
                   "A material. A value may depend on place (x, y, z, r) and temperature (T), the conductivity on "
-                  "time (t) too. The conductivity is the same in all directions: one value, not a list.",
+                  "time (t) too.",
               .keys = simple_keys()});
+  declare_anisotropy(schema);
   material_laws().declare(schema);
   declare_parts(schema);
 }

@@ -251,6 +251,10 @@ std::shared_ptr<const Material> read_mixture(const std::string& name, const Tabl
     recipe.porosity = pores.function("porosity");
     recipe.pores = pores.text("as") == "third" ? Pores::third : Pores::sequential;
   }
+  for (const auto& phase : recipe.phases)
+    if (phase->anisotropy())
+      table.refuse("phases", fmt::format("'{}', which conducts differently by direction, is mixed", phase->name),
+                   "the rules know mixtures of materials that conduct alike in all directions");
   return make_mixture(std::move(recipe), table.location("basis"));
 }
 

@@ -169,6 +169,7 @@ class SimpleMaterial final : public Material {
   }
   bool density_depends_on_T() const override { return p_.density && p_.density->depends_on_temperature(); }
   bool has_capacity() const override { return p_.density && p_.specific_heat; }
+  const Anisotropy* anisotropy() const override { return p_.anisotropy ? &*p_.anisotropy : nullptr; }
 
  private:
   SimpleProperties p_;
@@ -226,14 +227,15 @@ std::unique_ptr<Material> read_simple_material(const std::string& name, const Ta
     if (transient && !*value)
       table.refuse("", fmt::format("[{}] has no {}, which a case with [time] needs", table.path(), key),
                    fmt::format("add {} = \"... {}\"", key, unit));
-  return make_simple_material(name, {*k, rho, c, latent_heat(table)});
+  return make_simple_material(name, {*k, rho, c, latent_heat(table), read_anisotropy(table)});
 }
 
 std::vector<Key> simple_keys() {
   std::vector<std::string> library;
   for (const auto& m : material_library()) library.push_back(m.name);
   return {{"conductivity", Kind::function, "W/(m K)", optional,
-           "Conductivity, the same in all directions (anisotropic bodies are not supported)."},
+           "Conductivity, the same in all directions unless `anisotropy` says otherwise."},
+          {"anisotropy", Kind::table, "", optional, "How the conductivity depends on direction."},
           {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
           {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
           {"latent_heat", Kind::quantity, "J/kg", optional,

@@ -27,6 +27,7 @@ struct SimpleProperties {
   std::optional<Function> density;        ///< kg/m^3, of place and temperature
   std::optional<Function> specific_heat;  ///< J/(kg K), of place and temperature
   std::optional<LatentHeat> latent = {};
+  std::optional<Anisotropy> anisotropy = {};
 };
 
 /// Throws Error(bad_case) where density or specific heat depends on time, or the density of a material that melts on

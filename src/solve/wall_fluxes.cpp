@@ -7,6 +7,7 @@
 #include <limits>
 #include <map>
 
+#include "base/parallel.hpp"
 #include "cloud/cell_samples.hpp"
 
 namespace calor {
@@ -16,7 +17,8 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-WallFluxes::WallFluxes(const Cloud& cloud, std::span<const SurfaceTerm> terms) : cloud_(cloud) {
+WallFluxes::WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms)
+    : cloud_(cloud) {
   for (const SurfaceTerm& term : terms) {
     if (term.is_plate) continue;
     fluxes_.push_back({.term = &term, .wall = {}});
@@ -24,6 +26,18 @@ WallFluxes::WallFluxes(const Cloud& cloud, std::span<const SurfaceTerm> terms) :
     is_linear_ = is_linear_ && (!term.flux->depends_on_temperature() || term.flux->linear_in_temperature());
   }
   find_walls();
+  if (!material.is_isotropic()) count_direction(material);
+}
+
+/// Multiplies the conductances by n.R n.
+void WallFluxes::count_direction(const MaterialField& material) {
+  std::vector<int> part;
+  collective_try(cloud_.comm, [&] { part = material.parts().at(cloud_.x, cloud_.tag); });
+  for (Wall& wall : walls_) {
+    const Vec3& n = cloud_.facets[wall.facet].normal;
+    if (const Anisotropy* R = material.anisotropy(part[wall.point]))
+      wall.area_over_depth *= dot(n, R->at(cloud_.x[wall.point]) * n);
+  }
 }
 
 void WallFluxes::find_walls() {

@@ -12,12 +12,13 @@ namespace calor {
 /// All surface fluxes on the facets of a cloud without points on its walls. The temperature T_w of each facet follows
 /// from that of its point i, at the distance y behind it, by the balance of the wall, which holds no heat:
 ///   sum_m A_m q_m(x, t, T_w) + A k(T_i) / y (T_i - T_w) = 0,   F_i += sum_m A_m q_m(x, t, T_w).
+/// k is that across the wall, k n.R n where the material conducts differently by direction.
 /// So linear laws act by the conductance 1 / (1/h + y/k), and the heat is of second order in y. A is the part of the
 /// facet on which fluxes act. Several fluxes on one facet see the same T_w.
 class WallFluxes final : public HeatTerm {
  public:
-  /// `terms`: those on plates are left out. Cloud and terms must outlive this.
-  WallFluxes(const Cloud& cloud, std::span<const SurfaceTerm> terms);
+  /// `terms`: those on plates are left out. Cloud and terms must outlive this. Collective.
+  WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms);
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> power) override;
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
@@ -46,6 +47,7 @@ class WallFluxes final : public HeatTerm {
   };
 
   void find_walls();
+  void count_direction(const MaterialField& material);
   /// Fills the state of all walls and the fluxes at all places.
   void solve(Evaluation& at);
   void begin(Evaluation& at);
