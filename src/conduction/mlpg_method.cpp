@@ -201,6 +201,9 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     c.section("cloud").refuse("file", "a material that conducts differently by direction needs points on the walls",
                               "let the file describe points on the surface of the body");
   if (const Anisotropy* anisotropy = material.anisotropy(0)) {
+    if (anisotropy->cylinder && cloud.axisymmetric)
+      c.section("cloud").refuse("axisymmetric", "the material is wound around a line of its own",
+                                "give its factors along x, the radius, and y, the axis");
     o.anisotropy = *anisotropy;
     if (asked.empty()) o.flux = MlpgFlux::edge_stabilised;
   }

@@ -78,6 +78,11 @@ PairDirections pair_directions(const Case& c, const Cloud& cloud, const Material
     directions.of_parts.push_back(!R ? Symmetric3{1, 1, 1} : R->cylinder ? Symmetric3() : R->power(1));
   }
   if (on_lines) return directions;
+  if (cloud.axisymmetric)
+    root.refuse("method",
+                "in an axisymmetric body pairs of points conduct differently by direction on lattices alone, along "
+                "their axes",
+                "use a box without jitter and factors along x and y, or method = \"mlpg\"");
   directions.of_parts.clear();
   const bool one = is_the_same_everywhere(material) && !material.anisotropy(0)->cylinder;
   if (!one)
