@@ -348,12 +348,12 @@ TEST(Material, StopsWhereTheHeatCapacityTurnsNonPositive) {
   expect_error([&] { m.system().temperature(E, T); }, {"no temperature holds the enthalpy"}, Fault::numbers);
 }
 
-TEST(Material, RefusesAnisotropicConductivity) {
+TEST(Material, RefusesSeveralConductivitiesAndNamesTheKeyForDirections) {
   for (const std::string k :
        {"[\"1 W/(m K)\", \"2 W/(m K)\"]", "[1, 2, 3]", "[[1, 0], [0, 2]]", "{ x = \"1 W/(m K)\", y = \"2 W/(m K)\" }",
         "{ formula = [\"1 + T\", \"2\"], unit = \"W/(m K)\" }",
         "{ xx = { formula = \"1\", unit = \"W/(m K)\" }, yy = \"2 W/(m K)\" }"})
-    expect_refused(with_conductivity(k), {"test.toml:12:", "same in all directions", "anisotropic"});
+    expect_refused(with_conductivity(k), {"test.toml:12:", "same in all directions", "`anisotropy`"});
 }
 
 TEST(Material, RefusesWhatDoesNotFitTogether) {
