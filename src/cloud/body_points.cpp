@@ -78,29 +78,21 @@ class Placer {
     }
   }
 
-  /// Lets the points inside push each other apart, so that their distances become more alike; those on the surface
-  /// stay.
+  /// Lets the points inside push each other apart, so that their distances become more alike. Those on the surface
+  /// stay, and so does the lattice away from it.
   void relax() {
     constexpr int sweeps = 20;
-    constexpr double reach = 1.4, step = 0.3, farthest = 0.15;  // in spacings
+    constexpr double beside_walls = 2;  // in spacings
+    std::vector<char> moves(out_.grid.count(), 0);
+    for (int i = out_.on_surface(); i < out_.grid.count(); ++i)
+      moves[i] = !out_.is_lattice[i] || body_.tree().closest(out_.grid.x(i), beside_walls * out_.grid.spacing(i));
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       PointGrid moved(low_);
       for (int i = 0; i < out_.grid.count(); ++i) {
-        const Vec3 x = out_.grid.x(i);
-        const double d = out_.grid.spacing(i);
-        if (i < out_.on_surface()) {
-          moved.add(x, d);
-          continue;
-        }
-        Vec3 push;
-        out_.grid.for_each_within(x, 1.5 * reach, [&](int j, double square) {
-          const double q = std::sqrt(square) / (0.5 * (d + out_.grid.spacing(j)));
-          if (q < reach && j != i) push += (1 - q / reach) * (1 - q / reach) / std::sqrt(square) * (x - out_.grid.x(j));
-        });
-        const double length = step * norm(push);
-        const Vec3 to = x + (d * (length > farthest ? farthest / norm(push) : step)) * push;
-        const bool stays = body_.tree().closest(to, margin * d).has_value();
-        moved.add(stays ? x : to, stays ? d : spacing_.at(to));
+        const Vec3 x = moves[i] ? pushed(i) : out_.grid.x(i);
+        const bool has_moved = norm(x - out_.grid.x(i)) > 1e-9 * out_.grid.spacing(i);
+        if (has_moved) out_.is_lattice[i] = 0;
+        moved.add(has_moved ? x : out_.grid.x(i), has_moved ? spacing_.at(x) : out_.grid.spacing(i));
       }
       out_.grid = std::move(moved);
     }
@@ -120,6 +112,21 @@ class Placer {
     });
     if (near < 0) near = add(x, d);
     for (const int f : facets) put_on(near, f);
+  }
+
+  /// Where the points around push point i to, not nearer to the surface than lattice points are.
+  Vec3 pushed(int i) const {
+    constexpr double reach = 1.4, step = 0.3, farthest = 0.15;  // in spacings; the lattice stays as it is
+    const Vec3 x = out_.grid.x(i);
+    const double d = out_.grid.spacing(i);
+    Vec3 push;
+    out_.grid.for_each_within(x, 1.5 * reach, [&](int j, double square) {
+      const double q = std::sqrt(square) / (0.5 * (d + out_.grid.spacing(j)));
+      if (q < reach && j != i) push += (1 - q / reach) * (1 - q / reach) / std::sqrt(square) * (x - out_.grid.x(j));
+    });
+    if (norm(push) == 0) return x;
+    const Vec3 to = x + (d * std::min(step, farthest / norm(push))) * push;
+    return body_.tree().closest(to, margin * d) ? x : to;
   }
 
   int add(const Vec3& x, double spacing) {
@@ -277,12 +284,11 @@ BodyPoints make_points(const Body& body, const SpacingField& spacing, const std:
   placer.place_along_lines();
   placer.place_nodes(boxes);
   placer.throw_on_features();
-  if (spacing.is_uniform) {
+  if (spacing.is_uniform)
     placer.fill_with_lattice(boxes);
-  } else {
+  else
     placer.throw_inside(boxes);
-    placer.relax();
-  }
+  placer.relax();
   return placer.take();
 }
 
