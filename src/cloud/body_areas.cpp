@@ -11,7 +11,6 @@
 namespace calor {
 namespace {
 
-
 struct Sample {
   Vec3 x;
   double weight;
@@ -46,8 +45,7 @@ void sample_facet(const Surface& surface, int facet, double d, std::vector<Sampl
   split({a, b, surface.vertices[vertex[2]]}, finer * d, parts);
   for (const auto& t : parts) {
     const double area = 0.5 * norm(cross(t[1] - t[0], t[2] - t[0]));
-    for (int n = 0; n < 3; ++n)
-      out.push_back({2.0 / 3 * t[n] + 1.0 / 6 * (t[(n + 1) % 3] + t[(n + 2) % 3]), area / 3});
+    for (int n = 0; n < 3; ++n) out.push_back({2.0 / 3 * t[n] + 1.0 / 6 * (t[(n + 1) % 3] + t[(n + 2) % 3]), area / 3});
   }
 }
 
@@ -166,8 +164,7 @@ void close(const BodyPoints& points, std::vector<PatchShare>& shares) {
     const Vec3 axis{eigen.eigenvectors()(0, n), eigen.eigenvectors()(1, n), eigen.eigenvectors()(2, n)};
     if (value > 1e-9 * eigen.eigenvalues()[2]) omega += (dot(axis, moment) / value) * axis;
   }
-  for (PatchShare& s : shares)
-    s.vector -= s.area * ((1 / total) * sum + cross(omega, points.grid.x(s.point) - centre));
+  for (PatchShare& s : shares) s.vector -= s.area * ((1 / total) * sum + cross(omega, points.grid.x(s.point) - centre));
 }
 
 /// Shares that are not positive, as beside patches smaller than a spacing, go to the largest of the patch around.

@@ -23,7 +23,13 @@ constexpr int throws = 16;
 class Placer {
  public:
   Placer(const Body& body, const SpacingField& spacing, std::uint64_t seed, const Vec3& low)
-      : body_(body), surface_(body.surface()), features_(body.features()), spacing_(spacing), seed_(seed), low_(low), out_{PointGrid(low), {}, {}} {}
+      : body_(body),
+        surface_(body.surface()),
+        features_(body.features()),
+        spacing_(spacing),
+        seed_(seed),
+        low_(low),
+        out_{PointGrid(low), {}, {}} {}
 
   void place_corners() {
     for (const auto& corner : features_.corners) add_to_line(surface_.vertices[corner.vertex], corner.facets);
@@ -182,7 +188,8 @@ class Placer {
     bool has_room = true;
     out_.grid.for_each_within(x, 1.5 * apart, [&](int j, double square) {
       const double limit = apart * 0.5 * (d + out_.grid.spacing(j));
-      if (square < limit * limit && std::ranges::find(out_.on[j], patch, &BodyPoints::OnPatch::patch) != out_.on[j].end())
+      if (square < limit * limit &&
+          std::ranges::find(out_.on[j], patch, &BodyPoints::OnPatch::patch) != out_.on[j].end())
         has_room = false;
     });
     if (has_room) put_on(add(x, d), facet);

@@ -38,9 +38,9 @@ struct BodyPoints {
   int on_surface() const { return static_cast<int>(on.size()); }
 };
 
-/// Points no nearer to each other than 0.4 spacings. On lines they stand in equal steps, on patches and (where the spacing
-/// varies) inside they are thrown at random as long as they find room (Poisson discs); with a uniform spacing the
-/// lattice of the boxes comes first. The same points for the same seed, whatever else.
+/// Points no nearer to each other than 0.4 spacings. On lines they stand in equal steps, on patches and (where the
+/// spacing varies) inside they are thrown at random as long as they find room (Poisson discs); with a uniform spacing
+/// the lattice of the boxes comes first. The same points for the same seed, whatever else.
 BodyPoints make_points(const Body& body, const SpacingField& spacing, const std::vector<Box>& boxes,
                        std::uint64_t seed);
 

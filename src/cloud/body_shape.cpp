@@ -50,8 +50,7 @@ Surface read_surface(const Table& cloud, double least_spacing) {
     const Surface part = place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table);
     if (body.facets.empty()) body.dimension = part.dimension;
     if (part.dimension != body.dimension)
-      table.refuse("shape",
-                   fmt::format("a part of {} dimensions in a body of {}", part.dimension, body.dimension),
+      table.refuse("shape", fmt::format("a part of {} dimensions in a body of {}", part.dimension, body.dimension),
                    "give all parts the same");
     append(part, table.has("name") ? table.text("name") : "", body);
   }
@@ -64,7 +63,7 @@ Surface read_surface(const Table& cloud, double least_spacing) {
 /// A finer spacing on a face or at a place, which grows away from it.
 struct Refinement {
   double spacing, growth;
-  Vec3 at;                                 ///< or
+  Vec3 at;  ///< or
   std::shared_ptr<const Surface> face = {};
   std::shared_ptr<const SurfaceTree> tree = {};
 
@@ -198,13 +197,14 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
 }
 
 CloudShape surface_shape() {
-  return {.name = "surface",
-          .sentence =
-              "A body of any shape, given by [[cloud.part]]: files of its surface, or shapes. Points lie on its corners, "
-              "edges and faces and, on a lattice or at random, inside. Faces: those of the parts",
-          .keys = {{"spacing", Kind::quantity, "m", required, "Distance of the points."},
-                   {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
-          .make = body_from};
+  return {
+      .name = "surface",
+      .sentence =
+          "A body of any shape, given by [[cloud.part]]: files of its surface, or shapes. Points lie on its corners, "
+          "edges and faces and, on a lattice or at random, inside. Faces: those of the parts",
+      .keys = {{"spacing", Kind::quantity, "m", required, "Distance of the points."},
+               {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
+      .make = body_from};
 }
 
 void declare_surface(Schema& schema) {
@@ -219,12 +219,13 @@ void declare_surface(Schema& schema) {
                 .when_key = "shape",
                 .when_value = shape.name});
   declare_holes(schema);
-  schema.add({.path = "cloud.near[]",
-              .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
-              .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},
-                       {"at", Kind::quantities, "m", optional, "the place, one coordinate an axis."},
-                       {"spacing", Kind::quantity, "m", required, "Distance of the points there."},
-                       {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from there."}}});
+  schema.add(
+      {.path = "cloud.near[]",
+       .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
+       .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},
+                {"at", Kind::quantities, "m", optional, "the place, one coordinate an axis."},
+                {"spacing", Kind::quantity, "m", required, "Distance of the points there."},
+                {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from there."}}});
 }
 
 }  // namespace calor

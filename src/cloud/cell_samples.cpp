@@ -210,8 +210,8 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
           for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
             nearest = dot(p - j->x, p - j->x) >= square;
           if (!nearest) continue;
-          const bool is_outside = cloud_.body ? !cloud_.is_seen_from(p, i)
-                                              : own.has_outside(p) || (near_wall && beyond_near_wall(p));
+          const bool is_outside =
+              cloud_.body ? !cloud_.is_seen_from(p, i) : own.has_outside(p) || (near_wall && beyond_near_wall(p));
           if (!is_outside) out.push_back(p);
         }
       }

@@ -40,7 +40,9 @@ std::vector<Candidate> nearest_points(const Cloud& cloud, const Cracks* cracks, 
     const Candidate c{.distance = norm(cloud.x[i] - p),
                       .id = cloud.id[i],
                       .x = cloud.x[i],
-                      .side = cracks ? cracks->location(i) : cloud.body ? cloud.inside[i] : cloud.x[i],
+                      .side = cracks       ? cracks->location(i)
+                              : cloud.body ? cloud.inside[i]
+                                           : cloud.x[i],
                       .spacing = cloud.spacing[i],
                       .on_faces = cloud.on_faces[i],
                       .tag = cloud.tag[i],

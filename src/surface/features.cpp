@@ -57,7 +57,8 @@ class Tracer {
  public:
   Tracer(const Surface& surface, std::vector<Step> steps, Features& out)
       : surface_(surface), steps_(std::move(steps)), used_(steps_.size(), 0), out_(out) {
-    for (int s = 0; s < static_cast<int>(steps_.size()); ++s) at_[steps_[s].a].push_back(s), at_[steps_[s].b].push_back(s);
+    for (int s = 0; s < static_cast<int>(steps_.size()); ++s)
+      at_[steps_[s].a].push_back(s), at_[steps_[s].b].push_back(s);
   }
 
   void trace() {

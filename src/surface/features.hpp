@@ -21,8 +21,8 @@ struct Features {
   };
 
   int count = 0;
-  std::vector<int> patch;     ///< of every facet
-  std::vector<Vec3> normal;   ///< of every facet: see facet_normals
+  std::vector<int> patch;    ///< of every facet
+  std::vector<Vec3> normal;  ///< of every facet: see facet_normals
   std::vector<Line> lines;
   std::vector<Corner> corners;  ///< where lines end
 };

@@ -130,7 +130,8 @@ TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
     const Weights w = sph_weights(cloud, 1.2);
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;
-    printf("%s: its %d moment %.3g change %.3g\n", body.name.c_str(), w.report.lambda_iterations, w.report.moment_error, w.report.change);
+    printf("%s: its %d moment %.3g change %.3g\n", body.name.c_str(), w.report.lambda_iterations, w.report.moment_error,
+           w.report.change);
   }
 }
 
