@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "case/lengths.hpp"
 #include "case/registry.hpp"
 #include "cloud/cloud.hpp"
 
