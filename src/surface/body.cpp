@@ -7,13 +7,18 @@ namespace calor {
 Body::Body(Surface surface) : surface_(std::move(surface)), tree_(surface_), features_(features_of(surface_)) {}
 
 Vec3 Body::moved_inside(const Vec3& x, double depth) const {
+  // Away from one wall, then from those that meet it in an edge or corner, again and again where these are sharp.
+  constexpr int most_moves = 40;
+  constexpr double enough = 0.3;  // of the depth: in the tip of a wedge walls are near on both sides
+  constexpr double farthest = 4;  // places in the middle of a chord of a wall that curves inwards lie outside
   Vec3 inside = x;
-  // Away from one wall, then from those that meet it in an edge or corner.
-  for (int wall = 0; wall < 3; ++wall) {
-    const auto near = tree_.closest(inside, 0.99 * depth);
+  for (int move = 0; move < most_moves; ++move) {
+    const auto near = tree_.closest(inside, farthest * depth);
     if (!near) break;
     const Vec3& normal = features_.normal[near->facet];
-    inside += (-depth - dot(inside - near->x, normal)) * normal;
+    const double outwards = dot(inside - near->x, normal);
+    if (outwards <= -(move == 0 ? 1 : enough) * depth) break;
+    inside += (-depth - outwards) * normal;
   }
   return inside;
 }
