@@ -2,6 +2,7 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
 #include <utility>
 
 #include "cloud/body_measures.hpp"
@@ -188,18 +189,15 @@ std::vector<double> body_volumes(const Body& body, const BodyPoints& points, con
   std::vector<double> volume(points.grid.count()), cut(points.grid.count());
   VolumeShares shares(body, points);
   LatticeStencil stencil(D);
-  double whole = 0, in_cut = 0;
   for (std::size_t n = 0; n < boxes.size(); ++n) {
     const Box& box = boxes[n];
-    if (!box.is_cut) {
-      whole += std::pow(box.size, D);
-      if (!stencil.add(box, points, volume)) shares.add(gauss_points(box, D), volume);
-    } else {
-      const std::vector<Sample> samples = random_places(body, box, n);
-      for (const Sample& s : samples) in_cut += s.weight;
-      shares.add(samples, cut);
-    }
+    if (box.is_cut)
+      shares.add(random_places(body, box, n), cut);
+    else if (!stencil.add(box, points, volume))
+      shares.add(gauss_points(box, D), volume);
   }
+  const double whole = std::accumulate(volume.begin(), volume.end(), 0.0);
+  const double in_cut = std::accumulate(cut.begin(), cut.end(), 0.0);
   const double scale = in_cut > 0 ? (enclosed_volume(body.surface()) - whole) / in_cut : 0;
   for (std::size_t i = 0; i < volume.size(); ++i) volume[i] += scale * cut[i];
   return volume;

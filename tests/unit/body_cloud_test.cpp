@@ -119,7 +119,6 @@ TEST(BodyCloud, HasClosedAreasAndTheVolumeOfTheBody) {
     }
     EXPECT_GT(least, 0.05) << body.name;
     EXPECT_LT(most, 2.5) << body.name;
-    printf("%s: %d points, V %.3f .. %.3f\n", body.name.c_str(), cloud.owned, least, most);
   }
 }
 
@@ -130,7 +129,6 @@ TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
     const Weights w = sph_weights(cloud, 1.2);
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;
-    printf("%s: its %d moment %.3g change %.3g\n", body.name.c_str(), w.report.lambda_iterations, w.report.moment_error,
            w.report.change);
   }
 }
