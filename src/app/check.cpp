@@ -1,11 +1,15 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <iterator>
+#include <string>
+#include <vector>
 
 #include "app/model.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
+#include "cloud/cells.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
 #include "output/weld.hpp"
@@ -21,6 +25,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   std::ranges::copy(probes.notes(), std::back_inserter(model.notes));
   const Cloud& cloud = *model.cloud;
   const CloudCheck sound = check(cloud);
+  const Bounds bounds = bounds_of_all(cloud);
   Start begin = start(model);
   State& state = begin.state;
   make_observers({.description = c,
@@ -43,6 +48,9 @@ int check_case(const Case& c, MPI_Comm comm) {
   line("case", c.name());
   line("method", chosen_method(c).name);
   line("points", fmt::format("{} in {}D, {} with prescribed temperature", cloud.count, cloud.dimension, prescribed));
+  std::vector<std::string> extents;
+  for (int a = 0; a < cloud.dimension; ++a) extents.push_back(fmt::format("{:.6g}", bounds.high[a] - bounds.low[a]));
+  line("size", fmt::format("{} m between the outermost points", fmt::join(extents, " x ")));
   if (pairs > 0) line("neighbours", fmt::format("{:.1f} a point", pairs / static_cast<double>(cloud.count)));
   line("volume", fmt::format("{:.9g} m^3, off by {:.1e}", sound.volume, sound.volume_error));
   line("boundary areas",

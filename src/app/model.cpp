@@ -93,8 +93,7 @@ double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
 std::vector<std::string> add_remarks_on_file(Model& m) {
   const Cloud& cloud = *m.cloud;
   const std::vector<std::string> remarks = remarks_on_surface(cloud);
-  m.notes = remarks;
-  std::ranges::copy(cloud.notes, std::back_inserter(m.notes));
+  std::ranges::copy(remarks, std::back_inserter(m.notes));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
   return remarks;
@@ -129,6 +128,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   std::erase_if(cracks, [](const Crack& crack) { return crack.fails(); });
   if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
+  m.notes = m.cloud->notes;
   if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(m); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;

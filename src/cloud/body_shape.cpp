@@ -159,6 +159,24 @@ Points body_from(MPI_Comm comm, const Table& cloud) {
   return make_body(comm, std::move(surface), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
 }
 
+/// Says where the body is thinner than two spacings. Near edges it is so everywhere.
+std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& points) {
+  constexpr double thin = 2, skin = 0.1, near_edges = 0.02;
+  int count = 0;
+  Vec3 place;
+  for (int i = 0; i < points.on_surface(); ++i) {
+    if (points.on[i].size() != 1) continue;
+    const Vec3& x = points.grid.x(i);
+    const double d = points.grid.spacing(i);
+    if (body.sees(body.moved_inside(x, skin * d), x - thin * d * points.on[i][0].normal)) continue;
+    if (count++ == 0) place = x;
+  }
+  if (count <= near_edges * points.on_surface()) return {};
+  return {fmt::format("at {} of {} points of the surface the body is thinner than two spacings, first at ({:.6g}, {:.6g}, "
+                      "{:.6g}) m: heat crosses it on fewer than three points",
+                      count, points.on_surface(), place.x, place.y, place.z)};
+}
+
 }  // namespace
 
 Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, std::uint64_t seed, double section) {
@@ -176,6 +194,7 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
   out.faces = body->surface().faces;
   out.exact.volume = section * enclosed_volume(body->surface());
   out.body = body;
+  out.notes = note_on_thin_walls(*body, points);
   std::vector<int> face(body->features().count);
   for (std::size_t f = 0; f < body->features().patch.size(); ++f)
     face[body->features().patch[f]] = body->surface().facets[f].face;

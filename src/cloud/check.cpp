@@ -12,12 +12,14 @@
 
 namespace calor {
 
-CloudCheck check(const Cloud& cloud) {
+Bounds bounds_of_all(const Cloud& cloud) {
   Bounds box = bounds_of(cloud.owned_points());
-  for (int a = 0; a < 3; ++a) {
-    box.low[a] = min(cloud.comm, box.low[a]);
-    box.high[a] = max(cloud.comm, box.high[a]);
-  }
+  for (int a = 0; a < 3; ++a) box.low[a] = min(cloud.comm, box.low[a]), box.high[a] = max(cloud.comm, box.high[a]);
+  return box;
+}
+
+CloudCheck check(const Cloud& cloud) {
+  const Bounds box = bounds_of_all(cloud);
   const Vec3 middle = 0.5 * (box.low + box.high);
   const double size = norm(box.high - box.low);
 
@@ -39,8 +41,7 @@ CloudCheck check(const Cloud& cloud) {
 
 std::vector<std::string> remarks_on_surface(const Cloud& cloud) {
   if (!cloud.has_areas) return {};
-  Bounds box = bounds_of(cloud.owned_points());
-  for (int a = 0; a < 3; ++a) box.low[a] = min(cloud.comm, box.low[a]), box.high[a] = max(cloud.comm, box.high[a]);
+  const Bounds box = bounds_of_all(cloud);
   const Vec3 middle = 0.5 * (box.low + box.high);
   constexpr int columns = 7;  // D V, x.A at the points, y |A| beyond them, |A|, A
   std::vector<double> rows(columns * static_cast<std::size_t>(cloud.owned));
