@@ -9,7 +9,7 @@
 #include "app/model.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
-#include "cloud/cells.hpp"
+#include "cloud/points.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
 #include "output/weld.hpp"

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 #include <map>
+#include <numeric>
+#include <span>
 #include <utility>
 
 #include "cloud/body_measures.hpp"
@@ -144,18 +146,32 @@ class AreaShares {
   std::map<std::pair<int, int>, PatchShare> shares_of_;
 };
 
-/// Removes what the rounding, and patches smaller than a spacing, leave of sum A and sum x cross A.
-void close(const BodyPoints& points, std::vector<PatchShare>& shares) {
+/// Which patches hang together: every shell of the surface closes by itself. Shares are sorted by point.
+std::vector<int> shells_of(const Body& body, const std::vector<PatchShare>& shares) {
+  std::vector<int> parent(body.features().count);
+  std::iota(parent.begin(), parent.end(), 0);
+  const auto root = [&](int p) {
+    while (parent[p] != p) p = parent[p] = parent[parent[p]];
+    return p;
+  };
+  for (std::size_t n = 1; n < shares.size(); ++n)
+    if (shares[n].point == shares[n - 1].point) parent[root(shares[n].patch)] = root(shares[n - 1].patch);
+  for (int p = 0; p < static_cast<int>(parent.size()); ++p) parent[p] = root(p);
+  return parent;
+}
+
+/// Removes what the rounding, and patches smaller than a spacing, leave of sum A and sum x cross A of a shell.
+void close(const BodyPoints& points, std::span<PatchShare*> shell) {
   double total = 0;
   Vec3 centre, sum, moment;
-  for (const PatchShare& s : shares) total += s.area, centre += s.area * points.grid.x(s.point);
+  for (const PatchShare* s : shell) total += s->area, centre += s->area * points.grid.x(s->point);
   centre *= 1 / total;
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();
-  for (const PatchShare& s : shares) {
-    const Vec3 r = points.grid.x(s.point) - centre;
-    sum += s.vector, moment += cross(r, s.vector);
+  for (const PatchShare* s : shell) {
+    const Vec3 r = points.grid.x(s->point) - centre;
+    sum += s->vector, moment += cross(r, s->vector);
     const Eigen::Vector3d e(r.x, r.y, r.z);
-    inertia += s.area * (e.squaredNorm() * Eigen::Matrix3d::Identity() - e * e.transpose());
+    inertia += s->area * (e.squaredNorm() * Eigen::Matrix3d::Identity() - e * e.transpose());
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia);
   Vec3 omega;
@@ -164,7 +180,8 @@ void close(const BodyPoints& points, std::vector<PatchShare>& shares) {
     const Vec3 axis{eigen.eigenvectors()(0, n), eigen.eigenvectors()(1, n), eigen.eigenvectors()(2, n)};
     if (value > 1e-9 * eigen.eigenvalues()[2]) omega += (dot(axis, moment) / value) * axis;
   }
-  for (PatchShare& s : shares) s.vector -= s.area * ((1 / total) * sum + cross(omega, points.grid.x(s.point) - centre));
+  for (PatchShare* s : shell)
+    s->vector -= s->area * ((1 / total) * sum + cross(omega, points.grid.x(s->point) - centre));
 }
 
 /// Shares that are not positive, as beside patches smaller than a spacing, go to the largest of the patch around.
@@ -192,7 +209,10 @@ std::vector<PatchShare> body_areas(const Body& body, const BodyPoints& points) {
   for (int f = 0; f < static_cast<int>(body.surface().facets.size()); ++f) areas.add(f);
   std::vector<PatchShare> shares = areas.take();
   require_positive(points, shares);
-  close(points, shares);
+  std::map<int, std::vector<PatchShare*>> shells;
+  const std::vector<int> shell = shells_of(body, shares);
+  for (PatchShare& s : shares) shells[shell[s.patch]].push_back(&s);
+  for (auto& [number, of_shell] : shells) close(points, of_shell);
   return shares;
 }
 

@@ -107,17 +107,26 @@ class Placer {
   BodyPoints take() { return std::move(out_); }
 
  private:
-  /// Adds a point of a corner or line, which lies on the patches of some facets. Where another is near, that one lies
-  /// on these patches too.
+  /// Adds a point of a corner or line, which lies on the patches of some facets. Where another of one of them is near,
+  /// that one lies on all these patches.
   void add_to_line(const Vec3& x, const std::vector<int>& facets) {
     const double d = spacing_.at(x);
     int near = -1;
     double least = merged * d * merged * d;
     out_.grid.for_each_within(x, merged, [&](int j, double square) {
-      if (square < least) least = square, near = j;
+      if (square < least && are_beside(j, facets)) least = square, near = j;
     });
     if (near < 0) near = add(x, d);
     for (const int f : facets) put_on(near, f);
+  }
+
+  /// Does the point lie on the patch of one of the facets, on the same side of it?
+  bool are_beside(int point, const std::vector<int>& facets) const {
+    return std::ranges::any_of(facets, [&](int f) {
+      return std::ranges::any_of(out_.on[point], [&](const BodyPoints::OnPatch& on) {
+        return on.patch == features_.patch[f] && dot(on.normal, features_.normal[f]) > 0;
+      });
+    });
   }
 
   /// Where the points around push point i to, not nearer to the surface than lattice points are.

@@ -41,19 +41,47 @@ void append(const Surface& part, const std::string& name, Surface& body) {
 /// curve with a radius of ten spacings.
 constexpr double chord = 0.35;
 
+/// Refuses parts that touch or overlap, as far as corners of one tell: they would be counted twice.
+void refuse_overlaps(const std::vector<Table>& tables, const std::vector<Surface>& parts) {
+  constexpr double touching = 1e-9, inside = 0.6;  // of the size of a part; winding number
+  constexpr std::size_t most = 2000;               // corners that are looked at
+  for (std::size_t q = 0; q < parts.size(); ++q) {
+    const SurfaceTree tree(parts[q]);
+    const Bounds box = bounds_of(parts[q].vertices);
+    const double size = norm(box.high - box.low);
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      const auto& corners = parts[p].vertices;
+      for (std::size_t n = 0; p != q && n < corners.size(); n += 1 + corners.size() / most) {
+        const Vec3& x = corners[n];
+        bool is_near = true;
+        for (int a = 0; a < parts[q].dimension; ++a)
+          is_near = is_near && x[a] > box.low[a] - touching * size && x[a] < box.high[a] + touching * size;
+        if (!is_near || (!tree.closest(x, touching * size) && tree.winding_number(x) < inside)) continue;
+        tables[std::max(p, q)].refuse("",
+                                      fmt::format("parts {} and {} touch or overlap at ({:.6g}, {:.6g}, {:.6g}) m",
+                                                  std::min(p, q) + 1, std::max(p, q) + 1, x.x, x.y, x.z),
+                                      "leave a gap between them, or describe what hangs together by one surface");
+      }
+    }
+  }
+}
+
 Surface read_surface(const Table& cloud, double least_spacing) {
   const std::vector<Table> parts = cloud.list("part");
   if (parts.empty())
     cloud.refuse("", "shape = \"surface\" needs to know the body", "add [[cloud.part]] with a file or a shape");
   Surface body;
+  std::vector<Surface> surfaces;
   for (const Table& table : parts) {
-    const Surface part = place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table);
+    const Surface& part =
+        surfaces.emplace_back(place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table));
     if (body.facets.empty()) body.dimension = part.dimension;
     if (part.dimension != body.dimension)
       table.refuse("shape", fmt::format("a part of {} dimensions in a body of {}", part.dimension, body.dimension),
                    "give all parts the same");
     append(part, table.has("name") ? table.text("name") : "", body);
   }
+  if (parts.size() > 1) refuse_overlaps(parts, surfaces);
   if (body.faces.size() > 32)
     cloud.refuse("part", fmt::format("the body has {} faces, more than 32", body.faces.size()),
                  "give several the same name");
@@ -159,6 +187,18 @@ Points body_from(MPI_Comm comm, const Table& cloud) {
   return make_body(comm, std::move(surface), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
 }
 
+/// Refuses a point that has nothing of the body.
+[[noreturn]] void refuse_thin(const BodyPoints& points, int i) {
+  const Vec3& x = points.grid.x(i);
+  const double d = points.grid.spacing(i);
+  throw Error(
+      Fault::bad_case,
+      fmt::format("the body is too thin or too sharp at ({:.6g}, {:.6g}, {:.6g}) m for points {:.6g} m apart, or "
+                  "parts of it touch there",
+                  x.x, x.y, x.z, d),
+      "take a smaller spacing, or finer points there by [[cloud.near]]");
+}
+
 /// Says where the body is thinner than two spacings. Near edges it is so everywhere.
 std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& points) {
   constexpr double thin = 2, skin = 0.1, near_edges = 0.02;
@@ -172,9 +212,10 @@ std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& 
     if (count++ == 0) place = x;
   }
   if (count <= near_edges * points.on_surface()) return {};
-  return {fmt::format("at {} of {} points of the surface the body is thinner than two spacings, first at ({:.6g}, {:.6g}, "
-                      "{:.6g}) m: heat crosses it on fewer than three points",
-                      count, points.on_surface(), place.x, place.y, place.z)};
+  return {
+      fmt::format("at {} of {} points of the surface the body is thinner than two spacings, first at ({:.6g}, {:.6g}, "
+                  "{:.6g}) m: heat crosses it on fewer than three points",
+                  count, points.on_surface(), place.x, place.y, place.z)};
 }
 
 }  // namespace
@@ -186,6 +227,8 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
   const std::vector<Box> boxes = cover(*body, spacing);
   const BodyPoints points = make_points(*body, spacing, boxes, seed);
   const std::vector<double> volume = body_volumes(*body, points, boxes);
+  for (int i = 0; i < points.grid.count(); ++i)
+    if (!(volume[i] > 0)) refuse_thin(points, i);
   const std::vector<PatchShare> shares = body_areas(*body, points);
 
   Points out;

@@ -41,11 +41,19 @@ Vec3 common_metric(const Cloud& cloud) {
 /// in the given units.
 CellMoments moments_of_nearest(const Cloud& cloud, const Neighbours& neighbours, int i, std::span<const Facet> facets,
                                const Vec3& unit, ConvexCell& cell) {
-  cell.set(quotient(-cloud.metric[i], unit), quotient(cloud.metric[i], unit), cloud.dimension);
-  for (const Facet& p : facets) cell.cut(product(p.normal, unit), 0);
-  if (cloud.axisymmetric) cell.cut({-1, 0, 0}, cloud.x[i].x / unit.x);
-  for (const int j : neighbours.of(i)) cell.keep_nearer_than(quotient(cloud.x[j] - cloud.x[i], unit));
-  const ConvexCell::Moments integral = cell.moments();
+  const Vec3 spacing = quotient(cloud.metric[i], unit);
+  const auto moments = [&](std::span<const Facet> walls) {
+    cell.set(-spacing, spacing, cloud.dimension);
+    for (const Facet& p : walls) cell.cut(product(p.normal, unit), 0);
+    if (cloud.axisymmetric) cell.cut({-1, 0, 0}, cloud.x[i].x / unit.x);
+    for (const int j : neighbours.of(i)) cell.keep_nearer_than(quotient(cloud.x[j] - cloud.x[i], unit));
+    return cell.moments();
+  };
+  ConvexCell::Moments integral = moments(facets);
+  // Walls that face each other, as at the end of a slot, leave nothing of a convex cell.
+  constexpr double nothing = 1e-3;
+  const double box = spacing.x * (cloud.dimension > 1 ? spacing.y : 1) * (cloud.dimension > 2 ? spacing.z : 1);
+  if (!(integral.volume > nothing * box)) integral = moments({});
   const double per_volume = 1 / integral.volume;
   const Vec3 mean = per_volume * integral.first;
   const auto& [xx, yy, zz, xy, xz, yz] = integral.second;

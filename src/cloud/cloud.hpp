@@ -19,7 +19,6 @@ namespace calor {
 
 class Lattice;
 class RingLattice;
-struct Bounds;
 class Body;
 
 /// Copies values of owned points to the ghosts on other ranks (PetscSF).
@@ -158,8 +157,5 @@ struct CloudCheck {
   double area_sum, moment_sum;  ///< |sum A| / sum |A| and |sum x cross A| / (sum |A| * size of the body)
 };
 CloudCheck check(const Cloud& cloud);
-
-/// The smallest box around the points of all ranks. Collective.
-Bounds bounds_of_all(const Cloud& cloud);
 
 }  // namespace calor

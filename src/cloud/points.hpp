@@ -11,6 +11,7 @@
 #include "base/vec3.hpp"
 #include "case/case.hpp"
 #include "case/schema.hpp"
+#include "cloud/cells.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 
@@ -100,6 +101,9 @@ Points settle_spacings(MPI_Comm comm, Points points);
 /// volumes are those of the nearest point; otherwise weights of a quadrature at the points, whose m_i vanish inside.
 /// Collective.
 void revolve(Cloud& cloud, bool volumes_of_cells);
+
+/// The smallest box around the points of all ranks. Collective.
+Bounds bounds_of_all(const Cloud& cloud);
 
 /// What a user should know of the volumes and areas of a cloud from elsewhere: a surface that does not close, volumes
 /// that are not those the surface encloses. Refuses areas that point inwards. Collective; throws Error.

@@ -136,6 +136,11 @@ void require_section(MPI_Comm comm, const Table& table, Points& points) {
 
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
+  const std::string shape = table.text("shape");
+  for (const std::string key : {"part", "near"})
+    if (const std::vector<Table> list = table.list(key); !list.empty() && shape != "surface")
+      list.front().refuse("", fmt::format("[[cloud.{}]] has no effect on a cloud of shape \"{}\"", key, shape),
+                          "remove it, or take shape = \"surface\"");
   Points points = cloud_shapes().chosen(table, "shape").make(comm, table);
   const bool axisymmetric = table.flag("axisymmetric");
   if (axisymmetric) require_section(comm, table, points);

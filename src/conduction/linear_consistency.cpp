@@ -4,11 +4,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <optional>
 #include <vector>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "cloud/components.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/line_stiffness.hpp"
 #include "conduction/linear_algebra.hpp"
@@ -32,20 +34,21 @@ std::array<bool, 3> held_axes(const Cloud& cloud, const Neighbours& neighbours) 
   return {(walls & 0b11) != 0, (walls & 0b1100) != 0, (walls & 0b110000) != 0};
 }
 
-/// Removes the resultant and the moment of R, which no truss can balance. They vanish for exact boundary areas; areas
-/// read from a file carry the rounding of their digits. Along axes that images hold, and about those that turn them,
-/// they are balanced.
-void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::span<Vec3> R) {
-  const auto points = cloud.owned_points();
-  const auto count = static_cast<double>(cloud.count);
-  const auto total = sums(cloud.comm, numbers(points), 3);
-  const Vec3 centre{total[0] / count, total[1] / count, total[2] / count};
+/// Removes the resultant and the moment of R, one body of the cloud, which no truss can balance. They vanish for exact
+/// boundary areas; areas read from a file carry the rounding of their digits. Along axes that images hold, and about
+/// those that turn them, they are balanced.
+void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::span<const int> body, std::span<Vec3> R) {
+  const double count = static_cast<double>(total(cloud.comm, static_cast<std::int64_t>(body.size())));
+  std::vector<Vec3> points;
+  for (const int i : body) points.push_back(cloud.x[i]);
+  const auto sum = sums(cloud.comm, numbers(std::span<const Vec3>(points)), 3);
+  const Vec3 centre{sum[0] / count, sum[1] / count, sum[2] / count};
   std::vector<double> columns;
   columns.reserve(12 * points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const Vec3 x = points[i] - centre, moment = cross(x, R[i]);
+  for (std::size_t n = 0; n < points.size(); ++n) {
+    const Vec3 &r = R[body[n]], x = points[n] - centre, moment = cross(x, r);
     columns.insert(columns.end(), {x.x * x.x, x.y * x.y, x.z * x.z, x.x * x.y, x.x * x.z, x.y * x.z});
-    columns.insert(columns.end(), {R[i].x, R[i].y, R[i].z, moment.x, moment.y, moment.z});
+    columns.insert(columns.end(), {r.x, r.y, r.z, moment.x, moment.y, moment.z});
   }
   const auto s = sums(cloud.comm, columns, 12);
   const auto held = held_axes(cloud, neighbours);
@@ -55,7 +58,21 @@ void remove_rigid_part(const Cloud& cloud, const Neighbours& neighbours, std::sp
                            -u * v * s[3],     -u * w * s[4],     -v * w * s[5]};
   const Vec3 shift{held[0] ? 0 : s[6] / count, held[1] ? 0 : s[7] / count, held[2] ? 0 : s[8] / count};
   const Vec3 turn = pseudo_inverse(inertia) * Vec3{u * s[9], v * s[10], w * s[11]};
-  for (std::size_t i = 0; i < points.size(); ++i) R[i] -= shift + cross(turn, points[i] - centre);
+  for (std::size_t n = 0; n < points.size(); ++n) R[body[n]] -= shift + cross(turn, points[n] - centre);
+}
+
+/// The same of every body: each moves by itself.
+void remove_rigid_parts(const Cloud& cloud, const Neighbours& neighbours, std::span<Vec3> R) {
+  std::vector<std::vector<int>> bodies(1);
+  if (cloud.lattice) {
+    bodies[0].resize(cloud.owned);
+    std::iota(bodies[0].begin(), bodies[0].end(), 0);
+  } else {
+    const Components found = components(cloud, neighbours);
+    bodies.resize(found.count);
+    for (int i = 0; i < cloud.owned; ++i) bodies[found.of[i]].push_back(i);
+  }
+  for (const auto& body : bodies) remove_rigid_part(cloud, neighbours, body, R);
 }
 
 /// Least of the largest faces across the axes over that across each axis: 1 on clouds of one spacing.
@@ -125,7 +142,7 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   // Rows and unknowns are scaled axis by axis with the faces there.
   const Vec3 unit = over_faces(cloud);
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
-  remove_rigid_part(cloud, neighbours, R);
+  remove_rigid_parts(cloud, neighbours, R);
   for (Vec3& r : R) r = product(unit, r);
 
   std::vector<Symmetric3> inverse(cloud.owned);

@@ -6,6 +6,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "cloud/components.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/linear_algebra.hpp"
@@ -29,6 +30,7 @@ class Component {
   Component(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> w)
       : cloud_(cloud),
         neighbours_(neighbours),
+        bodies_(components(cloud, neighbours)),
         D_(cloud.dimension),
         w_(w.begin(), w.end()),
         psi_(cloud.local()),
@@ -112,6 +114,18 @@ class Component {
     }
   }
 
+  /// What no differences of potentials balance: the mean of R over every body.
+  void remove_means(std::span<double> R) const {
+    const auto bodies = static_cast<std::size_t>(bodies_.count);
+    std::vector<double> columns(2 * bodies * R.size());
+    for (std::size_t i = 0; i < R.size(); ++i) {
+      double* row = columns.data() + 2 * bodies * i + 2 * static_cast<std::size_t>(bodies_.of[i]);
+      row[0] = R[i], row[1] = 1;
+    }
+    const auto s = sums(cloud_.comm, columns, static_cast<int>(2 * bodies));
+    for (std::size_t i = 0; i < R.size(); ++i) R[i] -= s[2 * bodies_.of[i]] / s[2 * bodies_.of[i] + 1];
+  }
+
   /// The hard rows alone, to round-off: a graph Laplacian in psi.
   int polish(int c, std::span<double> a) {
     std::ranges::fill(m_, Vec3{});
@@ -120,8 +134,7 @@ class Component {
       R[i] = -cloud_.plane_area(i)[c];
       for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) R[i] -= a[n];
     }
-    const double mean = sum(cloud_.comm, R) / static_cast<double>(cloud_.count);
-    for (double& r : R) r -= mean;
+    remove_means(R);
     const auto set = [&](std::span<const double> p) {
       std::ranges::copy(p, psi_.begin());
       cloud_.halo.update(std::span<double>(psi_));
@@ -152,6 +165,7 @@ class Component {
 
   const Cloud& cloud_;
   const Neighbours& neighbours_;
+  const Components bodies_;
   const int D_;
   std::vector<double> w_;  // of the directed pairs
   std::vector<double> psi_;
@@ -239,6 +253,12 @@ Faces virtual_faces(const Cloud& cloud, FaceReport& report) {
     for (std::size_t n = 0; n < a.size(); ++n) area[n][c] = a[n];
   }
   measure(cloud, neighbours, area, report);
+  constexpr double open = 1e-6;
+  if (!(report.residual <= open))
+    throw Error(
+        Fault::numbers,
+        fmt::format("no faces close the cells of this cloud: they are open by {:.2g} of a face", report.residual),
+        "give the places where points see few others more of them: a smaller spacing");
 
   Faces faces;
   for (int i = 0; i < cloud.owned; ++i) {
