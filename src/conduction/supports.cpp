@@ -158,7 +158,9 @@ void Supports::covering(const Vec3& x, std::vector<std::int32_t>& found) const {
 
 void Supports::keep_seen(const Vec3& x, std::vector<std::int32_t>& points) const {
   if (!cloud_.body || points.empty()) return;
-  const Vec3 eye = cloud_.eye_at(x, cloud_.spacing[points.front()]);
+  // The next point, whatever the order in which this rank found them.
+  const auto by_distance = [&](std::int32_t j) { return std::pair(norm(cloud_.x[j] - x), cloud_.id[j]); };
+  const Vec3 eye = cloud_.eye_at(x, cloud_.spacing[*std::ranges::min_element(points, {}, by_distance)]);
   std::erase_if(points, [&](std::int32_t j) { return !cloud_.is_seen_from(eye, j); });
 }
 

@@ -129,7 +129,6 @@ TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
     const Weights w = sph_weights(cloud, 1.2);
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;
-           w.report.change);
   }
 }
 
