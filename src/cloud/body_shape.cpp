@@ -281,13 +281,13 @@ void declare_surface(Schema& schema) {
                 .when_key = "shape",
                 .when_value = shape.name});
   declare_holes(schema);
-  schema.add(
-      {.path = "cloud.near[]",
-       .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
-       .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},
-                {"at", Kind::quantities, "m", optional, "the place, one coordinate an axis."},
-                {"spacing", Kind::quantity, "m", required, "Distance of the points there."},
-                {"growth", Kind::number, "", "0.2", "What the spacing grows by over the distance from there."}}});
+  schema.add({.path = "cloud.near[]",
+              .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
+              .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},
+                       {"at", Kind::quantities, "m", optional, "the place, one coordinate an axis."},
+                       {"spacing", Kind::quantity, "m", required, "Distance of the points there."},
+                       {"growth", Kind::number, "", "0.2",
+                        "What the spacing grows by over the distance from there; above 0, at most 1."}}});
 }
 
 }  // namespace calor
