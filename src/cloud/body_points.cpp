@@ -51,7 +51,7 @@ class Placer {
     }
   }
 
-  void throw_on_features() {
+  void throw_on_patches() {
     if (surface_.dimension == 2) return;
     std::vector<std::vector<int>> facets(features_.count);
     for (std::size_t f = 0; f < features_.patch.size(); ++f) facets[features_.patch[f]].push_back(static_cast<int>(f));
@@ -249,7 +249,7 @@ class Placer {
 };
 
 /// Splits a cube into boxes no longer than the spacing.
-void split(const Body& body, const SpacingField& spacing, const Box& box, double whole, std::vector<Box>& out) {
+void split(const Body& body, const SpacingField& spacing, const Box& box, std::vector<Box>& out) {
   const int D = body.surface().dimension;
   Vec3 middle = box.low, high = box.low;
   for (int a = 0; a < D; ++a) middle[a] += 0.5 * box.size, high[a] += box.size;
@@ -265,7 +265,7 @@ void split(const Body& body, const SpacingField& spacing, const Box& box, double
   for (int child = 0; child < 1 << D; ++child) {
     Box part{.low = box.low, .size = 0.5 * box.size, .is_cut = here.is_cut};
     for (int a = 0; a < D; ++a) part.low[a] += (child >> a & 1) * part.size;
-    split(body, spacing, part, whole, out);
+    split(body, spacing, part, out);
   }
 }
 
@@ -289,7 +289,7 @@ std::vector<Box> cover(const Body& body, const SpacingField& spacing) {
     }
   }
   std::vector<Box> boxes;
-  split(body, spacing, {.low = low, .size = size, .is_cut = true}, size, boxes);
+  split(body, spacing, {.low = low, .size = size, .is_cut = true}, boxes);
   return boxes;
 }
 
@@ -299,7 +299,7 @@ BodyPoints make_points(const Body& body, const SpacingField& spacing, const std:
   placer.place_corners();
   placer.place_along_lines();
   placer.place_nodes(boxes);
-  placer.throw_on_features();
+  placer.throw_on_patches();
   if (spacing.is_uniform)
     placer.fill_with_lattice(boxes);
   else

@@ -201,14 +201,14 @@ Points body_from(MPI_Comm comm, const Table& cloud) {
 
 /// Says where the body is thinner than two spacings. Near edges it is so everywhere.
 std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& points) {
-  constexpr double thin = 2, skin = 0.1, near_edges = 0.02;
+  constexpr double thin = 2, near_edges = 0.02;
   int count = 0;
   Vec3 place;
   for (int i = 0; i < points.on_surface(); ++i) {
     if (points.on[i].size() != 1) continue;
     const Vec3& x = points.grid.x(i);
     const double d = points.grid.spacing(i);
-    if (body.sees(body.moved_inside(x, skin * d), x - thin * d * points.on[i][0].normal)) continue;
+    if (body.sees(body.moved_inside(x, Body::skin * d), x - thin * d * points.on[i][0].normal)) continue;
     if (count++ == 0) place = x;
   }
   if (count <= near_edges * points.on_surface()) return {};

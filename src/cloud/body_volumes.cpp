@@ -12,10 +12,6 @@
 namespace calor {
 namespace {
 
-/// Walls count as passed for what is nearer to them than this, in spacings: points on them, and chords of walls that
-/// curve inwards.
-constexpr double skin = 0.1;
-
 struct Sample {
   Vec3 x;
   double weight;
@@ -123,7 +119,7 @@ class VolumeShares {
       const double d = grid_.spacing(i), sight = 2 * LinearShares::radius * d;
       const auto wall = body.tree().closest(grid_.x(i), sight);
       clearance_.push_back(wall ? wall->distance : sight);
-      inside_.push_back(clearance_[i] < skin * d ? body.moved_inside(grid_.x(i), skin * d) : grid_.x(i));
+      inside_.push_back(clearance_[i] < Body::skin * d ? body.moved_inside(grid_.x(i), Body::skin * d) : grid_.x(i));
     }
   }
 

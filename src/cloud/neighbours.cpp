@@ -108,8 +108,10 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
       auto found = search.find(cloud.x[i], cloud.metric[i], buffer, coincident);
       for (std::int32_t& k : found) k = search.local(k);
       if (coincident > 1) refuse_coincident(cloud, i, found);
-      const auto hidden = std::ranges::remove_if(found, [&](int j) { return j != i && !cloud.sees(i, j); });
-      found = found.first(found.size() - hidden.size());
+      if (cloud.body) {
+        const auto hidden = std::ranges::remove_if(found, [&](int j) { return j != i && !cloud.sees(i, j); });
+        found = found.first(found.size() - hidden.size());
+      }
       const std::size_t size = out.column.size(), needed = size + found.size();
       if (out.column.capacity() < needed) {
         // From what the rows so far took, so that large lists are moved once or twice only.

@@ -5,9 +5,6 @@
 namespace calor {
 namespace {
 
-/// Points on walls look from this many spacings inside: from wall to wall across a gap a segment crosses nothing
-/// between its ends, and chords of walls that curve inwards leave the body by less.
-constexpr double skin = 0.1;
 /// Walls farther than this many spacings hide nothing that a method asks about.
 constexpr double farthest = 5;
 
@@ -23,7 +20,9 @@ void Cloud::open_eyes() {
   }
 }
 
-Vec3 Cloud::eye_at(const Vec3& place, double d) const { return body ? body->moved_inside(place, skin * d) : place; }
+Vec3 Cloud::eye_at(const Vec3& place, double d) const {
+  return body ? body->moved_inside(place, Body::skin * d) : place;
+}
 
 bool Cloud::sees(int i, int j) const {
   if (!body) return true;

@@ -8,6 +8,10 @@ namespace calor {
 
 class Body {
  public:
+  /// Points on walls look from this many spacings inside: from wall to wall across a gap a segment crosses nothing
+  /// between its ends, and chords of walls that curve inwards leave the body by less.
+  static constexpr double skin = 0.1;
+
   /// Of a closed surface, facets outward.
   explicit Body(Surface surface);
   Body(const Body&) = delete;  // the tree looks at the surface
