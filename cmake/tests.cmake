@@ -9,7 +9,8 @@ add_executable(unit_tests ${unit_sources})
 target_compile_definitions(unit_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_DIR}"
                                               CALOR_COMMAND="$<TARGET_FILE:calor>")
 add_dependencies(unit_tests calor)
-target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS)
+target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS
+                                         ZLIB::ZLIB)
 # A process each costs 0.1 s to start MPI and PETSc, together 25 s on two cores, and names what fails. Found when ctest
 # runs, because a build with sanitizers has to be told first that MPI leaks (./dev sanitize).
 gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
@@ -33,6 +34,8 @@ foreach(ranks 2 3)
 endforeach()
 add_test(NAME bad_cases COMMAND ${python} ${tests}/bad_cases/run.py $<TARGET_FILE:calor>)
 add_test(NAME contract COMMAND ${python} ${tests}/contract/run.py $<TARGET_FILE:calor>)
+add_test(NAME files COMMAND ${tests}/files/run.py $<TARGET_FILE:calor>)
+set_tests_properties(files PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME poses COMMAND ${python} ${tests}/poses/run.py $<TARGET_FILE:calor>)
 add_test(NAME verify COMMAND calor verify cases WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
 add_test(NAME embedding COMMAND ${python} ${tests}/embedding/run.py ${CMAKE_COMMAND} ${CMAKE_BINARY_DIR})
@@ -42,6 +45,6 @@ add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
 # Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
 # Ranks that disagree on where they are say so.
 set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_2_ranks cases_on_3_ranks)
-set_tests_properties(${with_ranks} bad_cases contract verify embedding PROPERTIES ENVIRONMENT
+set_tests_properties(${with_ranks} bad_cases contract files verify embedding PROPERTIES ENVIRONMENT
   "CALOR_CHECK_COLLECTIVES=1;OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
 set_tests_properties(${with_ranks} PROPERTIES PROCESSORS 2)

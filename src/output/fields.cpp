@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "base/parallel.hpp"
+#include "output/facet_fields.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 #include "output/vtu.hpp"
@@ -13,8 +14,8 @@
 namespace calor {
 namespace {
 
-/// Temperature, heat flux and properties of the owned points; for a body of several materials also how much of each
-/// there is, and of a weld its peaks and cooling times.
+/// Temperature, heat flux and properties of the owned points, temperature and heat flux of the surface; for a body of
+/// several materials also how much of each there is, and of a weld its peaks and cooling times.
 class Fields : public Observer {
  public:
   explicit Fields(const RunSetup& run) : run_(run) {
@@ -29,7 +30,14 @@ class Fields : public Observer {
 
   std::vector<double> times() const override { return times_; }
   void begin() override {
-    if (is_written_) writer_ = std::make_unique<FieldWriter>(run_.system.cloud(), run_.folder);
+    if (!is_written_) return;
+    Label part;
+    collective_try(run_.comm(), [&] {
+      part = part_of_points(run_.system);
+      condition_ = condition_of_facets(run_.system);
+    });
+    writer_ =
+        std::make_unique<FieldWriter>(run_.system.cloud(), run_.folder, std::vector{part}, std::vector{condition_});
   }
   void at_stop(const Moment& m) override {
     // What differs by round-off alone is one time.
@@ -46,6 +54,7 @@ class Fields : public Observer {
   bool is_written_;
   double end_ = 0;
   std::vector<double> times_;
+  Label condition_;  ///< of the facets
   std::unique_ptr<FieldWriter> writer_;
 };
 
@@ -57,12 +66,14 @@ void Fields::write(const Moment& m) {
   std::vector<Vec3> q(T.size());
   system.heat_flux(t, m.u(), q);
   const std::vector<std::string> ingredients = material.ingredients();
-  std::vector<double> k(T.size()), rho_c(T.size());
+  const std::vector<double> T_walls = system.wall_temperatures(t, m.u());
+  std::vector<double> k(T.size()), rho_c(T.size()), q_walls;
   std::vector<std::vector<double>> fractions(ingredients.size() > 1 ? ingredients.size() : 0, k);
   collective_try(run_.comm(), [&] {
     material.conductivity(t, T, k, {});
     material.enthalpy(T, {}, rho_c);
     for (std::size_t n = 0; n < fractions.size(); ++n) material.volume_fraction(ingredients[n], fractions[n]);
+    q_walls = heat_flux_of_facets(system, t, condition_, T_walls, q);
   });
   std::vector<Field> fields{{"temperature [K]", 1, T},
                             {"heat flux [W/m^2]", 3, std::span(&q.data()->x, 3 * q.size())},
@@ -74,7 +85,7 @@ void Fields::write(const Moment& m) {
     fields.push_back({"peak temperature [K]", 1, weld->points().peak()});
     if (weld->has_cooling()) fields.push_back({"cooling time [s]", 1, weld->points().cooling()});
   }
-  writer_->write(t, fields);
+  writer_->write(t, fields, {{"temperature [K]", 1, T_walls}, {"heat flux into the body [W/m^2]", 1, q_walls}});
 }
 
 /// final.csv: id,x [m],y [m],z [m],T [K] with all digits.

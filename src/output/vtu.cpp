@@ -1,15 +1,19 @@
 #include "output/vtu.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <bit>
 #include <cerrno>
+#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <numeric>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_integrals.hpp"
 #include "output/files.hpp"
 
 namespace calor {
@@ -38,143 +42,287 @@ std::string escaped(const std::string& text) {
   return out;
 }
 
-std::string vtk_file(const std::string& type, const std::string& content) {
+std::string head_of_file(const std::string& type, const std::string& more = {}) {
   return fmt::format(
-      "<?xml version=\"1.0\"?>\n<VTKFile type=\"{}\" version=\"1.0\" byte_order=\"{}\" header_type=\"UInt64\">\n{}",
-      type, std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian", content);
+      "<?xml version=\"1.0\"?>\n<VTKFile type=\"{}\" version=\"1.0\" byte_order=\"{}\" header_type=\"UInt64\"{}>\n",
+      type, std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian", more);
 }
 
-/// One array of a piece; its numbers are made when they are written, a chunk at a time.
+std::string base64(std::span<const unsigned char> bytes) {
+  constexpr const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+  std::string text;
+  text.reserve((bytes.size() + 2) / 3 * 4);
+  for (std::size_t at = 0; at < bytes.size(); at += 3) {
+    const std::size_t count = std::min<std::size_t>(3, bytes.size() - at);
+    std::uint32_t group = 0;
+    for (std::size_t k = 0; k < 3; ++k) group = group << 8 | (k < count ? bytes[at + k] : 0);
+    for (std::size_t k = 0; k < 4; ++k) text += k <= count ? digits[group >> (18 - 6 * k) & 63] : '=';
+  }
+  return text;
+}
+
+/// The bytes of numbers.
+template <class Number>
+std::span<const unsigned char> bytes_of(const std::vector<Number>& numbers) {
+  return {reinterpret_cast<const unsigned char*>(numbers.data()), numbers.size() * sizeof(Number)};
+}
+
+/// Data of an array as VTK compresses them, in base64: the number of blocks, the size of a block and of the last one if
+/// it is smaller, sizes of the compressed blocks; then the blocks.
+class Compressed {
+ public:
+  explicit Compressed(std::size_t block) : sizes_{0, block, 0} {}
+
+  void add(std::span<const unsigned char> block) {
+    const std::size_t start = blocks_.size();
+    uLongf size = compressBound(block.size());
+    blocks_.resize(start + size);
+    constexpr int fast = 1;  // the next levels take twice the time for a twentieth of the size
+    compress2(blocks_.data() + start, &size, block.data(), block.size(), fast);
+    blocks_.resize(start + size);
+    ++sizes_[0];
+    if (block.size() < sizes_[1]) sizes_[2] = block.size();
+    sizes_.push_back(size);
+  }
+  std::string text() const { return base64(bytes_of(sizes_)) + base64(blocks_); }
+
+ private:
+  std::vector<std::uint64_t> sizes_;
+  std::vector<unsigned char> blocks_;
+};
+
+/// One array of a piece; its text is made when it is written.
 struct Array {
   std::string type, name;
   int components;
-  std::uint64_t bytes;
-  std::function<void(std::FILE*)> write;
+  std::function<std::string()> text;
 
-  /// DataArray, or PDataArray with prefix "P".
-  std::string declared(const std::string& prefix, const std::string& more) const {
-    return fmt::format("<{}DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\"{}/>\n", prefix, type,
-                       escaped(name), components, more);
+  /// DataArray, or PDataArray with prefix "P". One component is not told: meshio would make a matrix of it.
+  std::string tag(const std::string& prefix, const std::string& more) const {
+    const std::string count = components > 1 ? fmt::format(" NumberOfComponents=\"{}\"", components) : "";
+    return fmt::format("<{}DataArray type=\"{}\" Name=\"{}\"{}{}>", prefix, type, escaped(name), count, more);
   }
 };
 
 /// An array of make(point, component).
 template <class Number, class Make>
 Array array(const std::string& type, const std::string& name, int components, int points, Make make) {
-  const std::uint64_t bytes = sizeof(Number) * components * static_cast<std::uint64_t>(points);
-  return {type, name, components, bytes, [=](std::FILE* file) {
+  return {type, name, components, [=] {
             constexpr int most = 1 << 14;
-            std::vector<Number> chunk;
+            Compressed compressed(sizeof(Number) * components * most);
+            std::vector<Number> block;
             for (int begin = 0; begin < points; begin += most) {
-              chunk.clear();
+              block.clear();
               for (int i = begin; i < std::min(points, begin + most); ++i)
-                for (int c = 0; c < components; ++c) chunk.push_back(static_cast<Number>(make(i, c)));
-              std::fwrite(chunk.data(), sizeof(Number), chunk.size(), file);
+                for (int c = 0; c < components; ++c) block.push_back(static_cast<Number>(make(i, c)));
+              compressed.add(bytes_of(block));
             }
+            return compressed.text();
           }};
 }
 
-std::vector<Array> point_arrays(const Cloud& cloud, const std::vector<Field>& fields) {
+std::vector<Array> arrays_of(const std::vector<Field>& fields, int count) {
   std::vector<Array> arrays;
   for (const Field& f : fields)
-    arrays.push_back(array<double>("Float64", f.name, f.components, cloud.owned, [&f](int i, int c) {
+    arrays.push_back(array<double>("Float64", f.name, f.components, count, [&f](int i, int c) {
       return f.values[static_cast<std::size_t>(i) * f.components + c];
     }));
-  arrays.push_back(array<std::int64_t>("Int64", "id", 1, cloud.owned, [&cloud](int i, int) { return cloud.id[i]; }));
-  arrays.push_back(array<std::int64_t>("Int64", "tag", 1, cloud.owned, [&cloud](int i, int) { return cloud.tag[i]; }));
   return arrays;
 }
 
-/// Names of the tags as a VTK string array (codes of the characters, 0 after each text), and the time.
-std::string field_data(const Cloud& cloud, double t) {
-  std::string codes;
-  for (const std::string& tag : cloud.tags) {
-    for (unsigned char c : tag) codes += fmt::format("{} ", c);
-    codes += "0 ";
-  }
-  return fmt::format(
-      "<FieldData>\n"
-      "<DataArray type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n"
-      "<DataArray type=\"String\" Name=\"tag names\" NumberOfTuples=\"{}\" format=\"ascii\">{}</DataArray>\n"
-      "</FieldData>\n",
-      t, cloud.tags.size(), codes);
+/// The time, and what labels stand for.
+std::string field_data(double t, const std::vector<Label>& labels) {
+  const auto one = [](const std::string& type, const std::string& name, const std::string& value) {
+    return fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfTuples=\"1\" format=\"ascii\">{}</DataArray>\n",
+                       type, escaped(name), value);
+  };
+  std::string text = one("Float64", "TimeValue", fmt::format("{}", t));
+  for (const Label& label : labels)
+    for (std::size_t n = 0; n < label.called.size(); ++n)
+      if (!label.called[n].empty()) text += one("Int64", label.name + " " + label.called[n], fmt::format("{}", n));
+  return "<FieldData>\n" + text + "</FieldData>\n";
 }
 
-/// The owned points of one rank, as vertex cells. Throws Error(file).
-void write_piece(const std::string& path, const Cloud& cloud, double t, const std::vector<Array>& data) {
-  const int n = cloud.owned;
-  const Array points = array<double>("Float64", "Points", 3, n, [&cloud](int i, int c) { return cloud.x[i][c]; });
-  const std::vector<Array> cells{
-      array<std::int64_t>("Int64", "connectivity", 1, n, [](int i, int) { return i; }),
-      array<std::int64_t>("Int64", "offsets", 1, n, [](int i, int) { return i + 1; }),
-      array<std::uint8_t>("UInt8", "types", 1, n, [](int, int) { return 1; }),  // 1: VTK_VERTEX
-  };
+/// What this rank has of a grid. No two cells share a point.
+struct Piece {
+  std::string type;                ///< "UnstructuredGrid" or "PolyData"
+  std::string cells;               ///< "Cells" of an unstructured grid; "Verts", "Lines" or "Polys"
+  std::string data;                ///< what carries the fields: "PointData" or "CellData"
+  std::string field_data = {};     ///< the element
+  int count = 0;                   ///< cells
+  int corners = 1;                 ///< points of each
+  std::vector<Array> values = {};  ///< the first is what viewers show
+  std::vector<Array> points = {}, topology = {};
 
-  std::uint64_t offset = 0;
-  std::vector<const Array*> in_order;
-  const auto appended = [&](const Array& a) {
-    std::string text = a.declared("", fmt::format(" format=\"appended\" offset=\"{}\"", offset));
-    offset += sizeof(std::uint64_t) + a.bytes;
-    in_order.push_back(&a);
-    return text;
-  };
-  std::string head = "<UnstructuredGrid>\n" + field_data(cloud, t);
-  head += fmt::format("<Piece NumberOfPoints=\"{0}\" NumberOfCells=\"{0}\">\n<PointData>\n", n);
-  for (const Array& a : data) head += appended(a);
-  head += "</PointData>\n<Points>\n" + appended(points) + "</Points>\n<Cells>\n";
-  for (const Array& a : cells) head += appended(a);
-  head += "</Cells>\n</Piece>\n</UnstructuredGrid>\n<AppendedData encoding=\"raw\">\n_";
+  std::string suffix() const { return type == "PolyData" ? "vtp" : "vtu"; }
+  std::string active() const { return values.empty() ? "" : fmt::format(" Scalars=\"{}\"", escaped(values[0].name)); }
+};
 
+/// The time, and arrays of labels with their names.
+void add_labels(double t, const std::vector<Label>& labels, Piece& piece) {
+  piece.field_data = field_data(t, labels);
+  for (const Label& label : labels)
+    piece.values.push_back(
+        array<std::int64_t>("Int64", label.name, 1, piece.count, [&label](int i, int) { return label.values[i]; }));
+}
+
+/// Places of points, and cells of them.
+void add_cells(const std::function<const Vec3&(int)>& place, Piece& piece) {
+  const int corners = piece.corners, points = piece.count * corners;
+  piece.points = {array<double>("Float64", "Points", 3, points, [place](int i, int c) { return place(i)[c]; })};
+  piece.topology = {
+      array<std::int64_t>("Int64", "connectivity", 1, points, [](int i, int) { return i; }),
+      array<std::int64_t>("Int64", "offsets", 1, piece.count, [corners](int i, int) { return (i + 1) * corners; })};
+  if (piece.cells == "Cells")
+    piece.topology.push_back(
+        array<std::uint8_t>("UInt8", "types", 1, points, [](int, int) { return 1; }));  // 1: VTK_VERTEX
+}
+
+/// Throws Error(file).
+void write_piece(const std::string& path, const Piece& piece) {
   std::FILE* file = std::fopen(path.c_str(), "wb");
   if (!file) refuse_writing(path, errno);
-  fmt::print(file, "{}", vtk_file("UnstructuredGrid", head));
-  for (const Array* a : in_order) {
-    std::fwrite(&a->bytes, sizeof a->bytes, 1, file);
-    a->write(file);
-  }
-  fmt::print(file, "\n</AppendedData>\n</VTKFile>\n");
+  const auto put = [&](const std::string& text) { std::fwrite(text.data(), 1, text.size(), file); };
+  const auto put_all = [&](const std::vector<Array>& arrays) {
+    for (const Array& a : arrays) put(a.tag("", " format=\"binary\"") + "\n" + a.text() + "\n</DataArray>\n");
+  };
+  put(head_of_file(piece.type, " compressor=\"vtkZLibDataCompressor\"") + fmt::format("<{}>\n", piece.type));
+  put(piece.field_data + fmt::format("<Piece NumberOfPoints=\"{}\" NumberOf{}=\"{}\">\n", piece.count * piece.corners,
+                                     piece.cells, piece.count));
+  put(fmt::format("<{}{}>\n", piece.data, piece.active()));
+  put_all(piece.values);
+  put(fmt::format("</{}>\n<Points>\n", piece.data));
+  put_all(piece.points);
+  put(fmt::format("</Points>\n<{}>\n", piece.cells));
+  put_all(piece.topology);
+  put(fmt::format("</{}>\n</Piece>\n</{}>\n</VTKFile>\n", piece.cells, piece.type));
   const bool failed = std::ferror(file) != 0;
   if (std::fclose(file) != 0 || failed) refuse_writing(path, errno);
 }
 
-std::string list_of_pieces(const std::string& name, int ranks, const std::vector<Array>& data) {
-  std::string text = "<PUnstructuredGrid GhostLevel=\"0\">\n<PPointData>\n";
-  for (const Array& a : data) text += a.declared("P", "");
-  text +=
-      "</PPointData>\n<PPoints>\n<PDataArray type=\"Float64\" Name=\"Points\" NumberOfComponents=\"3\"/>\n</PPoints>\n";
-  for (int r = 0; r < ranks; ++r) text += fmt::format("<Piece Source=\"{}_{}.vtu\"/>\n", name, r);
-  return vtk_file("PUnstructuredGrid", text + "</PUnstructuredGrid>\n</VTKFile>\n");
+std::string list_of_pieces(const std::string& name, int ranks, const Piece& piece) {
+  std::string text = fmt::format("<P{} GhostLevel=\"0\">\n<P{}{}>\n", piece.type, piece.data, piece.active());
+  for (const Array& a : piece.values) text += a.tag("P", "/") + "\n";
+  text += fmt::format("</P{}>\n<PPoints>\n{}\n</PPoints>\n", piece.data, piece.points[0].tag("P", "/"));
+  for (int r = 0; r < ranks; ++r) text += fmt::format("<Piece Source=\"{}_{}.{}\"/>\n", name, r, piece.suffix());
+  return head_of_file("P" + piece.type) + text + fmt::format("</P{}>\n</VTKFile>\n", piece.type);
+}
+
+/// Writes the pieces of all ranks as `stem`.vtu or .vtp, or of several ranks as `stem`_RANK with a list of them.
+/// Throws Error(file) on all ranks. Collective.
+void write_grid(MPI_Comm comm, const std::string& folder, const std::string& name, const Piece& piece) {
+  const int rank = rank_of(comm), ranks = size_of(comm);
+  const std::string stem = folder + "/" + name;
+  collective_try(comm, [&] {
+    write_piece(
+        ranks == 1 ? fmt::format("{}.{}", stem, piece.suffix()) : fmt::format("{}_{}.{}", stem, rank, piece.suffix()),
+        piece);
+    if (rank == 0 && ranks > 1)
+      replace_file(fmt::format("{}.p{}", stem, piece.suffix()), list_of_pieces(name, ranks, piece));
+  });
+}
+
+/// The polygon of a facet whose places are given, with weights that add up to its area: of their middle and spread, in
+/// its tangential plane, as large as the facet. Exact for the rectangles of boxes.
+std::array<Vec3, 4> outline(const Facet& facet, std::span<const Vec3> x, std::span<const double> weight,
+                            int dimension) {
+  const Vec3& n = facet.normal;
+  int across = 0;  // the axis that lies flattest
+  for (int axis = 1; axis < dimension; ++axis)
+    if (std::abs(n[axis]) < std::abs(n[across])) across = axis;
+  Vec3 axis;
+  axis[across] = 1;
+  const Vec3 first = dimension == 3 ? 1 / norm(cross(n, axis)) * cross(n, axis) : Vec3{-n.y, n.x, 0},
+             second = cross(n, first);
+  Vec3 middle;
+  for (std::size_t k = 0; k < x.size(); ++k) middle += weight[k] / facet.area * x[k];
+  const auto width = [&](const Vec3& along) {  // of a rectangle of this spread
+    double spread = 0;
+    for (std::size_t k = 0; k < x.size(); ++k)
+      spread += weight[k] / facet.area * std::pow(dot(x[k] - middle, along), 2);
+    return std::sqrt(12 * spread);
+  };
+  double a = width(first), b = 0;
+  if (dimension == 3) {
+    b = width(second);
+    if (!(a * b > 0)) a = b = 1;  // its shape is not known
+    const double scale = std::sqrt(facet.area / (a * b));
+    a *= scale, b *= scale;
+  }
+  const Vec3 u = 0.5 * a * first, v = 0.5 * b * second;
+  return {middle - u - v, middle + u - v, middle + u + v, middle - u + v};
 }
 
 }  // namespace
 
-FieldWriter::FieldWriter(const Cloud& cloud, std::string folder) : cloud_(cloud), folder_(std::move(folder)) {
+FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points,
+                         std::vector<Label> of_facets)
+    : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
+  of_points_.push_back({"id", {}, {cloud.id.begin(), cloud.id.begin() + cloud.owned}});
+  of_points_.push_back({"tag", cloud.tags, {cloud.tag.begin(), cloud.tag.begin() + cloud.owned}});
+  Label face{"face", cloud.faces};
+  for (const Facet& facet : cloud.facets) face.values.push_back(facet.face);
+  of_facets_.push_back(std::move(face));
+
+  std::vector<int> facets(cloud.facets.size());
+  std::iota(facets.begin(), facets.end(), 0);
+  const CellIntegrals integrals(cloud);
+  const CellSamples places = integrals.facets(facets);
+  for (const int n : facets) {
+    const auto begin = places.row[n], count = places.row[n + 1] - begin;
+    const auto of_facet = [&](const auto& all) { return std::span(all).subspan(begin, count); };
+    outlines_.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
+  }
   make_folder(cloud.comm, folder_ + "/fields");
-  collective_try(cloud.comm, [&] {
-    if (rank_of(cloud.comm) == 0) replace_file(folder_ + "/fields.pvd", collection());
-  });
+  write_collections();
 }
 
-void FieldWriter::write(double t, const std::vector<Field>& fields) {
-  const int rank = rank_of(cloud_.comm), ranks = size_of(cloud_.comm);
-  const std::string name = fmt::format("fields_{:04}", written_.size());
-  const std::string stem = folder_ + "/fields/" + name;
-  const std::vector<Array> data = point_arrays(cloud_, fields);
-  collective_try(cloud_.comm, [&] {
-    write_piece(ranks == 1 ? stem + ".vtu" : fmt::format("{}_{}.vtu", stem, rank), cloud_, t, data);
-    if (rank == 0 && ranks > 1) replace_file(stem + ".pvtu", list_of_pieces(name, ranks, data));
-  });
-  written_.emplace_back(t, fmt::format("fields/{}.{}", name, ranks == 1 ? "vtu" : "pvtu"));
-  collective_try(cloud_.comm, [&] {
-    if (rank == 0) replace_file(folder_ + "/fields.pvd", collection());
-  });
+void FieldWriter::write(double t, const std::vector<Field>& points, const std::vector<Field>& facets) {
+  const std::string number = fmt::format("{:04}", written_.size());
+  Piece cloud{.type = "UnstructuredGrid", .cells = "Cells", .data = "PointData", .count = cloud_.owned};
+  cloud.values = arrays_of(points, cloud.count);
+  cloud.values.push_back(
+      array<double>("Float64", "volume [m^3]", 1, cloud.count, [&](int i, int) { return cloud_.volume[i]; }));
+  cloud.values.push_back(
+      array<double>("Float64", "spacing [m]", 1, cloud.count, [&](int i, int) { return cloud_.spacing[i]; }));
+  add_labels(t, of_points_, cloud);
+  add_cells([&](int i) -> const Vec3& { return cloud_.x[i]; }, cloud);
+  write_grid(cloud_.comm, folder_ + "/fields", "fields_" + number, cloud);
+
+  const int corners = cloud_.dimension == 3 ? 4 : cloud_.dimension;
+  Piece surface{.type = "PolyData",
+                .cells = corners == 4   ? "Polys"
+                         : corners == 2 ? "Lines"
+                                        : "Verts",
+                .data = "CellData",
+                .count = static_cast<int>(cloud_.facets.size()),
+                .corners = corners};
+  surface.values = arrays_of(facets, surface.count);
+  surface.values.push_back(
+      array<double>("Float64", "area [m^2]", 1, surface.count, [&](int n, int) { return cloud_.facets[n].area; }));
+  surface.values.push_back(
+      array<double>("Float64", "normal", 3, surface.count, [&](int n, int c) { return cloud_.facets[n].normal[c]; }));
+  add_labels(t, of_facets_, surface);
+  add_cells([&](int n) -> const Vec3& { return outlines_[n / corners][n % corners]; }, surface);
+  write_grid(cloud_.comm, folder_ + "/fields", "surface_" + number, surface);
+
+  written_.emplace_back(t, number);
+  write_collections();
 }
 
-std::string FieldWriter::collection() const {
-  std::string text = "<Collection>\n";
-  for (const auto& [t, file] : written_)
-    text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"{}\"/>\n", t, file);
-  return vtk_file("Collection", text + "</Collection>\n</VTKFile>\n");
+void FieldWriter::write_collections() const {
+  const bool is_divided = size_of(cloud_.comm) > 1;
+  collective_try(cloud_.comm, [&] {
+    if (rank_of(cloud_.comm) != 0) return;
+    for (const auto& [name, suffix] : {std::pair{"fields", "vtu"}, std::pair{"surface", "vtp"}}) {
+      std::string text = "<Collection>\n";
+      for (const auto& [t, number] : written_)
+        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"fields/{}_{}.{}{}\"/>\n", t, name, number,
+                            is_divided ? "p" : "", suffix);
+      replace_file(fmt::format("{}/{}.pvd", folder_, name),
+                   head_of_file("Collection") + text + "</Collection>\n</VTKFile>\n");
+    }
+  });
 }
 
 }  // namespace calor

@@ -1,6 +1,10 @@
 #pragma once
-// Fields for ParaView: one appended-raw VTU per rank and time (with a PVTU over several ranks), and a PVD over the
-// times.
+// Fields for ParaView, VTK, pyvista and meshio: at every time the points as an unstructured grid (VTU) and the surface
+// as polygons (VTP), appended-raw, one file a rank with a PVTU or PVTP over several ranks; and a PVD over the times of
+// each. Names of tags, parts, faces and conditions are in the field data, as arrays of one integer: "tag core" = 1.
+// (Not as texts: meshio reads none.)
+#include <array>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <utility>
@@ -13,22 +17,35 @@ namespace calor {
 struct Field {
   std::string name;                ///< with unit, if it has one: "temperature [K]"
   int components = 1;              ///< 1 or 3
-  std::span<const double> values;  ///< owned points, row-major
+  std::span<const double> values;  ///< one entry a point or facet of this rank, row-major
+};
+
+/// A whole number a point or facet, such as that of its part, and what it stands for.
+struct Label {
+  std::string name;                    ///< "part"
+  std::vector<std::string> called;     ///< by number, the same on all ranks; empty names are left out
+  std::vector<std::int64_t> values{};  ///< of the owned points or the facets of this rank
 };
 
 class FieldWriter {
  public:
-  /// Writes below `folder`/fields and `folder`/fields.pvd. Throws Error(file). Collective.
-  FieldWriter(const Cloud& cloud, std::string folder);
-  /// Adds a time; ids and tags are written along. fields.pvd is complete after every call. Collective.
-  void write(double t, const std::vector<Field>& fields);
+  /// Writes below `folder`/fields, and `folder`/fields.pvd and surface.pvd. Of a point id, tag, volume and spacing are
+  /// written along, of a facet its face, area and outward normal; `of_points` and `of_facets` are more of the kind.
+  /// The cloud must outlive this. Throws Error(file). Collective.
+  FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points = {},
+              std::vector<Label> of_facets = {});
+  /// Adds a time, with fields of the owned points and of Cloud::facets; the first of each is what viewers show. The PVD
+  /// files are complete after every call. Collective.
+  void write(double t, const std::vector<Field>& points, const std::vector<Field>& facets);
 
  private:
-  std::string collection() const;  // text of fields.pvd
+  void write_collections() const;
 
   const Cloud& cloud_;
   std::string folder_;
-  std::vector<std::pair<double, std::string>> written_;
+  std::vector<Label> of_points_, of_facets_;
+  std::vector<std::array<Vec3, 4>> outlines_;            ///< of the facets
+  std::vector<std::pair<double, std::string>> written_;  ///< times, and "0000", ...
 };
 
 }  // namespace calor

@@ -2,6 +2,7 @@
 // Result folders for tests, and readers of what is in them, written without calor's own.
 #include <gtest/gtest.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include <cctype>
 #include <cstdint>
@@ -205,12 +206,8 @@ struct Xml {
     return found;
   }
 
-  /// Raw appended data is cut out first; it need not be XML. Throws where elements are not closed in turn.
-  static Xml parse(std::string s) {
-    if (const auto raw = s.find("<AppendedData"); raw != s.npos) {
-      const auto begin = s.find('_', raw), end = s.rfind("</AppendedData>");
-      s.erase(begin, end - begin);
-    }
+  /// Throws where elements are not closed in turn.
+  static Xml parse(const std::string& s) {
     std::size_t at = 0;
     if (s.starts_with("<?xml")) at = s.find("?>") + 2;
     Xml root = read(s, at);
@@ -269,20 +266,26 @@ struct Xml {
   }
 };
 
-/// A VTU file with appended raw data, read as VTK's documentation of the format describes it.
+/// A VTU or VTP file with compressed data in base64, read as VTK's documentation of the format describes it.
 class Vtu {
  public:
-  explicit Vtu(const std::string& path) : bytes_(read_file(path)), xml_(Xml::parse(bytes_)) {
+  explicit Vtu(const std::string& path) : xml_(Xml::parse(read_file(path))) {
     EXPECT_EQ(xml_.name, "VTKFile");
-    EXPECT_EQ(xml_.attributes.at("type"), "UnstructuredGrid");
+    EXPECT_EQ(xml_.attributes.at("type"), path.ends_with(".vtp") ? "PolyData" : "UnstructuredGrid");
     EXPECT_EQ(xml_.attributes.at("header_type"), "UInt64");
-    const auto raw = bytes_.find("<AppendedData encoding=\"raw\">");
-    start_ = bytes_.find('_', raw) + 1;
+    EXPECT_EQ(xml_.attributes.at("compressor"), "vtkZLibDataCompressor");
   }
   const Xml& xml() const { return xml_; }
   std::size_t points() const { return std::stoul(xml_.find("Piece").attributes.at("NumberOfPoints")); }
+  /// Points of an unstructured grid, cells of a surface.
+  std::size_t members() const {
+    const auto& of_piece = xml_.find("Piece").attributes;
+    for (const char* cells : {"NumberOfVerts", "NumberOfLines", "NumberOfPolys"})
+      if (of_piece.contains(cells)) return std::stoul(of_piece.at(cells));
+    return points();
+  }
 
-  /// The numbers of an array; checks type, size and that they lie inside the file.
+  /// The numbers of an array; checks type, size and that they lie inside the file. In a VTP file those of cells.
   template <class Number>
   std::vector<Number> values(const std::string& name, int components) const {
     const Xml& array = xml_.find("DataArray", name);
@@ -290,22 +293,59 @@ class Vtu {
                              : std::is_same_v<Number, std::int64_t> ? "Int64"
                                                                     : "UInt8";
     EXPECT_EQ(array.attributes.at("type"), type) << name;
-    EXPECT_EQ(array.attributes.at("format"), "appended") << name;
-    EXPECT_EQ(array.attributes.at("NumberOfComponents"), std::to_string(components)) << name;
-    const std::size_t at = start_ + std::stoul(array.attributes.at("offset"));
-    std::uint64_t size = 0;
-    std::memcpy(&size, bytes_.data() + at, sizeof size);
-    EXPECT_EQ(size, points() * components * sizeof(Number)) << name;
-    if (at + sizeof size + size > bytes_.size()) throw std::runtime_error("data beyond the end of the file");
-    std::vector<Number> numbers(size / sizeof(Number));
-    std::memcpy(numbers.data(), bytes_.data() + at + sizeof size, size);
+    EXPECT_EQ(array.attributes.at("format"), "binary") << name;
+    const auto given = array.attributes.find("NumberOfComponents");
+    EXPECT_EQ(given == array.attributes.end() ? "1" : given->second, std::to_string(components)) << name;
+
+    const std::string text = array.text.substr(1, array.text.size() - 2);  // between ends of lines
+    // The header is padded by itself; its first number tells how long it is.
+    const auto number = [](const std::string& bytes, std::size_t n) {
+      std::uint64_t value = 0;
+      std::memcpy(&value, bytes.data() + n * sizeof value, sizeof value);
+      return value;
+    };
+    const std::uint64_t blocks = number(from_base64(text.substr(0, 12)), 0);
+    const std::size_t letters = ((3 + blocks) * sizeof blocks + 2) / 3 * 4;
+    const std::string header = from_base64(text.substr(0, letters)), data = from_base64(text.substr(letters));
+    std::string bytes;
+    std::size_t at = 0;
+    for (std::uint64_t n = 0; n < blocks; ++n) {
+      uLongf size = n + 1 == blocks && number(header, 2) > 0 ? number(header, 2) : number(header, 1);
+      const uLongf expected = size;
+      std::string block(size, 0);
+      const std::uint64_t packed = number(header, 3 + n);
+      if (at + packed > data.size()) throw std::runtime_error("data beyond the end of the array");
+      const int code = uncompress(reinterpret_cast<unsigned char*>(block.data()), &size,
+                                  reinterpret_cast<const unsigned char*>(data.data() + at), packed);
+      EXPECT_EQ(code, Z_OK) << name;
+      EXPECT_EQ(size, expected) << name;
+      bytes += block, at += packed;
+    }
+    EXPECT_EQ(at, data.size()) << name;
+    if (name != "Points" || xml_.attributes.at("type") == "UnstructuredGrid") {
+      EXPECT_EQ(bytes.size(), members() * components * sizeof(Number)) << name;
+    }
+    std::vector<Number> numbers(bytes.size() / sizeof(Number));
+    std::memcpy(numbers.data(), bytes.data(), bytes.size());
     return numbers;
   }
 
  private:
-  std::string bytes_;
+  static std::string from_base64(const std::string& text) {
+    std::string bytes;
+    std::uint32_t value = 0;
+    int bits = 0;
+    for (const char c : text) {
+      const std::string digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
+      if (c == '=') break;
+      if (digits.find(c) == digits.npos) throw std::runtime_error("no letter of base64");
+      value = value << 6 | static_cast<std::uint32_t>(digits.find(c)), bits += 6;
+      if (bits >= 8) bits -= 8, bytes += static_cast<char>(value >> bits & 255);
+    }
+    return bytes;
+  }
+
   Xml xml_;
-  std::size_t start_ = 0;
 };
 
 }  // namespace calor
