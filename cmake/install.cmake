@@ -1,5 +1,5 @@
 # What `cmake --install` gives: the command and its manual page, the library with its headers, the package that
-# find_package(calor) finds, and the cases.
+# find_package(calor) finds, the cases, and the Python package, which the command starts for pictures.
 include(GNUInstallDirs)
 include(CMakePackageConfigHelpers)
 set(package_folder ${CMAKE_INSTALL_LIBDIR}/cmake/calor)
@@ -14,3 +14,4 @@ install(FILES cmake/calor-config.cmake cmake/dependencies.cmake ${CMAKE_BINARY_D
         DESTINATION ${package_folder})
 install(FILES ${CMAKE_BINARY_DIR}/calor.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
 install(DIRECTORY cases DESTINATION ${CMAKE_INSTALL_DATADIR}/calor PATTERN __pycache__ EXCLUDE)
+install(DIRECTORY python DESTINATION ${CMAKE_INSTALL_DATADIR}/calor PATTERN __pycache__ EXCLUDE)

@@ -62,6 +62,7 @@ struct Expectations::Impl {
   double of_body(const Comparison& comparison, const State& state, std::span<const double> T) const;
   void write(const Comparison& comparison, std::size_t k, const PointReference::Values& reference,
              std::span<const double> values) const;
+  void write_history(const Comparison& comparison) const;
 };
 
 void Expectations::Impl::read_report(const Table& table) {
@@ -279,6 +280,18 @@ void Expectations::Impl::write(const Comparison& e, std::size_t k, const PointRe
                  });
 }
 
+/// expect-N.csv of a probe or the body: value and reference at every time that was reached. Collective.
+void Expectations::Impl::write_history(const Comparison& e) const {
+  const std::string unit = e.quantity->unit.empty() ? "" : fmt::format(" [{}]", e.quantity->unit);
+  write_in_turns(cloud.comm, fmt::format("{}/expect-{}.csv", folder, e.number),
+                 fmt::format("time [s],{}{},reference{}", e.quantity->column, unit, unit), [&](std::FILE* file) {
+                   if (rank_of(cloud.comm) != 0) return;
+                   for (std::size_t k = 0; k < e.times.size(); ++k)
+                     if (e.results[k])
+                       fmt::print(file, "{},{},{}\n", e.times[k], e.results[k]->value, e.results[k]->reference);
+                 });
+}
+
 Expectations::Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
                            const WeldResults* weld, const std::string& folder, HeatSystem* system)
     : impl_(new Impl{cloud, material, probes, weld, folder, {}, {}, {}, {}}) {
@@ -320,7 +333,11 @@ void Expectations::at_stop(const Moment& m) {
 }
 
 void Expectations::finish(const Moment& m, RunResult& result) {
-  if (!m.interrupted_by) result.verdicts = verdicts(result.numbers);
+  if (m.interrupted_by) return;
+  result.verdicts = verdicts(result.numbers);
+  if (impl_->folder.empty()) return;
+  for (const Comparison& e : impl_->comparisons)
+    if (e.probe >= 0 || e.quantity->is_of_body) impl_->write_history(e);
 }
 
 std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>& report) {

@@ -1,0 +1,66 @@
+"""Cases as dictionaries: written as TOML, and what changes in them."""
+from __future__ import annotations
+
+import copy
+import json
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+
+def key_text(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else json.dumps(key)
+
+
+def value_text(value: Any) -> str:
+    """A value on one line. Raises TypeError for what a case cannot hold."""
+    if isinstance(value, str):
+        return json.dumps(value, ensure_ascii=False)
+    if isinstance(value, bool):
+        return str(value).lower()
+    if isinstance(value, Mapping):
+        return "{ " + ", ".join(f"{key_text(key)} = {value_text(item)}" for key, item in value.items()) + " }"
+    if hasattr(value, "tolist"):  # of numpy
+        return value_text(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return "[" + ", ".join(map(value_text, value)) + "]"
+    if isinstance(value, (int, float)):
+        return repr(value)
+    raise TypeError(f"a case holds texts, numbers, true and false, lists and dictionaries, not {value!r}")
+
+
+def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
+    """("cloud.spacing", "2 mm") for every value of nested dictionaries. What stands at a dotted key is one value."""
+    for key, value in changes.items():
+        if isinstance(value, Mapping) and value and "." not in key:
+            yield from leaves(value, f"{path}{key}.")
+        else:
+            yield path + key, value
+
+
+def merge(case: dict[str, Any], changes: Mapping[str, Any]) -> None:
+    """Puts values at dotted keys into a case."""
+    for path, value in changes.items():
+        *sections, last = path.split(".")
+        table = case
+        for section in sections:
+            if not isinstance(table.get(section), dict):
+                table[section] = {}
+            table = table[section]
+        table[last] = copy.deepcopy(value)
+
+
+def write(case: Mapping[str, Any], path: str = "") -> str:
+    """A dictionary as TOML: plain keys, then sections."""
+    lines, sections = [], []
+    for key, value in case.items():
+        name = f"{path}{key_text(key)}"
+        if isinstance(value, Mapping):
+            inner = write(value, f"{name}.")
+            has_keys = any(not isinstance(item, Mapping) for item in value.values()) or not value
+            sections.append(f"\n[{name}]\n{inner}" if has_keys else inner)
+        elif isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+            sections += [f"\n[[{name}]]\n{write(item, f'{name}.')}" for item in value]
+        else:
+            lines.append(f"{key_text(key)} = {value_text(value)}\n")
+    return "".join(lines + sections)

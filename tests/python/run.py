@@ -1,0 +1,165 @@
+#!/usr/bin/python3
+"""The Python package: cases, runs, results, errors, pictures.
+
+  run.py CALOR
+
+Without python3-numpy, python3-vtk9 or python3-matplotlib of Debian it ends with code 77: skipped."""
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import tomllib
+import unittest
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+sys.path.insert(0, str(ROOT / "python"))
+try:
+    import matplotlib
+    import numpy as np
+    import vtkmodules.vtkIOXML  # noqa: F401
+except ImportError as missing:
+    print(f"skipped: {missing}; apt-get install python3-numpy python3-vtk9 python3-matplotlib")
+    sys.exit(77)
+
+matplotlib.use("Agg")
+
+from calor import CalorError, Case, CaseError, FileError, NumbersError, Result, command, toml  # noqa: E402
+
+if len(sys.argv) > 1:
+    CALOR = str(pathlib.Path(sys.argv[1]).resolve())
+    command.find_command = lambda: CALOR
+
+PLATE = {
+    "title": "Plate", "method": "sph",
+    "cloud": {"shape": "box", "size": ["20 mm", "10 mm"], "points": [11, 6]},
+    "material": {"steel": {"conductivity": "40 W/(m K)", "density": "7850 kg/m^3", "specific_heat": "470 J/(kg K)"}},
+    "initial": {"temperature": "20 degC"},
+    "boundary": {"heater": {"on": "xmin", "flux": "20 kW/m^2"},
+                 "air": {"on": "xmax", "convection": {"h": "200 W/(m^2 K)", "ambient": "20 degC"}}},
+    "time": {"end": "20 min"}, "output": {"every": "10 min"},
+    "probe": {"hot": ["0 mm", "5 mm"], "cold": ["20 mm", "5 mm"]},
+}
+
+
+class Package(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(folder.name)
+
+    def test_a_dictionary_is_run_and_leaves_nothing_but_its_result(self):
+        result = Case(PLATE).run()
+        self.assertEqual(os.listdir(), ["results"])
+        self.assertEqual(result.folder, pathlib.Path("results/plate"))
+        self.assertTrue(result.passed)
+        self.assertEqual(result.numbers["points"], 66)
+        # What came in is what is stored: 20 kW/m^2 on 10 mm x 1 m, less what the air took.
+        stored, heater, air = (result.energy[name][-1] for name in ("stored", "through heater", "through air"))
+        self.assertAlmostEqual(heater, 20e3 * 10e-3 * 1200, places=6)
+        self.assertAlmostEqual(stored, heater + air, delta=1e-9 * heater)
+        self.assertEqual(result.probes.units["hot"], "K")
+        self.assertGreater(result.probes["hot"][-1], result.probes["cold"][-1])
+        self.assertEqual(result.probes["time"][-1], 1200)
+
+    def test_a_file_is_changed_by_keywords_and_dotted_keys(self):
+        pathlib.Path("plate.toml").write_text(toml.write(PLATE))
+        case = Case("plate.toml", {"cloud.points": [5, 3], "boundary": {"heater": {"flux": "0 W/m^2"}}}, method="mlpg")
+        result = case.run("there", j=2)
+        self.assertEqual((result.report["method"], result.numbers["points"], result.numbers["ranks"]), ("mlpg", 15, 2))
+        np.testing.assert_allclose(result.fields()["temperature"], 293.15, rtol=1e-12)
+        self.assertEqual(case.to_dict()["boundary"]["heater"], {"on": "xmin", "flux": "0 W/m^2"})
+        self.assertEqual(Case("plate.toml").to_dict(), PLATE)
+        self.assertRegex(case.check(), r"points +15 in 2D")
+
+    def test_a_case_is_the_same_through_a_file(self):
+        whole = {**PLATE, "expect": [{"probe": "hot", "value": "1 K", "within": "50 %"}, {"report": "steps", "at_least": 1}],
+                 "material": {"a b": {"conductivity": {"formula": "2 + \"x\"", "unit": "W/(m K)"}, "density": 1.5e-9}}}
+        self.assertEqual(tomllib.loads(toml.write(whole)), whole)
+
+    def test_fields_have_names_units_places_and_their_time(self):
+        result = Case(PLATE).run()
+        np.testing.assert_array_equal(result.times, [0, 600, 1200])
+        fields = result.fields(600)
+        self.assertEqual((fields.t, fields.x.shape, fields.units["heat flux"]), (600, (66, 3), "W/m^2"))
+        self.assertEqual(fields.called["part"], {0: "steel"})
+        self.assertAlmostEqual(fields["volume"].sum(), 20e-3 * 10e-3)
+        surface = result.surface()
+        self.assertEqual(surface.called["condition"], {0: "heater", 1: "air"})
+        through_heater = surface["condition"] == 0
+        np.testing.assert_allclose(surface["heat flux into the body"][through_heater], 20e3, rtol=1e-12)
+        np.testing.assert_allclose(surface.x[through_heater, 0], 0, atol=1e-15)
+        self.assertEqual(result.vtk().GetNumberOfPoints(), 66)
+        with self.assertRaisesRegex(ValueError, "at 0, 600, 1200 s"):
+            result.fields(7)
+
+    def test_an_error_in_a_file_says_file_line_column_and_key(self):
+        text = toml.write(PLATE).replace('flux = "20 kW/m^2"', 'flux = "20 kW/m"')
+        pathlib.Path("plate.toml").write_text(text)
+        with self.assertRaises(CaseError) as caught:
+            Case("plate.toml").run()
+        line = 1 + text[:text.index("flux")].count("\n")
+        self.assertEqual((caught.exception.file, caught.exception.line, caught.exception.key), ("plate.toml", line, "boundary.heater.flux"))
+        self.assertGreater(caught.exception.column, 1)
+        self.assertIn("20 kW/m", str(caught.exception))
+
+    def test_an_error_in_a_change_names_its_key(self):
+        pathlib.Path("plate.toml").write_text(toml.write(PLATE))
+        with self.assertRaises(CaseError) as caught:
+            Case("plate.toml", method="spf").run()
+        self.assertEqual((caught.exception.key, caught.exception.file), ("method", None))
+
+    def test_an_error_in_a_dictionary_names_its_key(self):
+        with self.assertRaises(CaseError) as caught:
+            Case(PLATE, {"boundary.air.convection.h": "-"}).run()
+        self.assertEqual(caught.exception.key.split(".")[:2], ["boundary", "air"])
+        self.assertEqual(os.listdir(), [])
+
+    def test_other_errors_have_their_own_kind(self):
+        with self.assertRaises(FileError):
+            Case("nothing.toml").run()
+        with self.assertRaises(FileError):
+            Result("nothing")
+        with self.assertRaises(NumbersError):
+            Case(PLATE, {"material.steel.conductivity": {"formula": "310 - T", "unit": "W/(m K)"}}).run()
+        self.assertTrue(issubclass(NumbersError, CalorError))
+
+    def test_a_failed_expectation_is_a_result(self):
+        result = Case({**PLATE, "expect": [{"probe": "cold", "value": "0 degC", "within": "1 K"}]}).run()
+        self.assertFalse(result.passed)
+        self.assertFalse(result.verdicts[0]["passed"])
+        self.assertIn("&#10007;", result._repr_html_())
+        table, = result.comparisons[0]
+        self.assertEqual((table["time"][-1], table["reference"][-1]), (1200, 273.15))
+
+    def test_a_steady_case_has_one_time(self):
+        steady = {key: value for key, value in PLATE.items() if key not in ("time", "initial", "output")} | {"steady": {}}
+        result = Case(steady).run()
+        self.assertEqual(len(result.times), 1)
+        # The flux leaves through the air: 100 K above it, and 10 K through the plate.
+        np.testing.assert_allclose([result.probes["cold"][-1], result.probes["hot"][-1]], [393.15, 403.15], rtol=1e-9)
+
+    def test_progress_is_told_while_a_run_goes_on(self):
+        told = []
+        case = Case(PLATE, {"time": {"end": "20 s", "integrator": "euler", "step": "0.2 ms"}})
+        with case._words() as words:
+            command.run(["run", *words, "-o", "result"], lambda part, line: told.append((part, line)))
+        self.assertTrue(told)
+        self.assertEqual([part for part, _ in told], sorted(part for part, _ in told))
+        self.assertIn("left", told[-1][1])
+
+    def test_tables_become_data_frames(self):
+        try:
+            import pandas  # noqa: F401
+        except ImportError:
+            self.skipTest("python3-pandas is missing")
+        result = Case(PLATE).run()
+        frame = result.probes.to_pandas()
+        self.assertEqual(list(frame.columns), ["hot [K]", "cold [K]"])
+        self.assertEqual(frame.index[-1], 1200)
+        self.assertIn("heat flux x [W/m^2]", result.fields().to_pandas().columns)
+
+
+if __name__ == "__main__":
+    unittest.main(argv=sys.argv[:1])
