@@ -21,7 +21,8 @@ StageSolver::StageSolver(HeatSystem& system)
                .correct_step =
                    steps_in_enthalpy(system)
                        ? [this](std::span<double> T, std::span<double> dT) { system_.correct_by_enthalpy(T, dT); }
-                       : std::function<void(std::span<double>, std::span<double>)>()},
+                       : std::function<void(std::span<double>, std::span<double>)>(),
+               .residual_may_grow = true},
               false),
       tolerance_(system.cloud().owned) {
   newton_.always_renew(steps_in_enthalpy(system));

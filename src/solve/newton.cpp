@@ -7,6 +7,7 @@
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "solve/aggregation_multigrid.hpp"
 
 namespace calor {
 
@@ -15,6 +16,7 @@ using petsc::check;
 Newton::Newton(HeatSystem& system, Equations equations, bool steady)
     : system_(system),
       equations_(std::move(equations)),
+      slow_(steady ? 0.5 : 0.1),
       T_(system.cloud().local()),
       tolerance_(system.cloud().owned),
       round_off_(system.cloud().owned),
@@ -32,11 +34,8 @@ Newton::Newton(HeatSystem& system, Equations equations, bool steady)
   SNESLineSearch search = nullptr;
   check(SNESGetLineSearch(snes_, &search));
   check(SNESLineSearchSetType(search, SNESLINESEARCHBT));
-  if (equations_.correct_step) {
-    // A corrected step need not make the residual smaller at once.
-    check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
-    check(SNESLineSearchSetPreCheck(search, correct_step, this));
-  }
+  if (equations_.correct_step) check(SNESLineSearchSetPreCheck(search, correct_step, this));
+  if (equations_.residual_may_grow) check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
   choose_linear_solver(steady);
   check(SNESSetFromOptions(snes_));
 }
@@ -64,10 +63,11 @@ void Newton::choose_linear_solver(bool steady) {
   }
   PC preconditioner = nullptr;
   check(KSPGetPC(solver, &preconditioner));
-  check(KSPSetType(solver, symmetric ? KSPCG : KSPBCGS));
-  check(KSPSetTolerances(solver, 1e-9, 1e-300, PETSC_DEFAULT, 10'000));
+  const bool is_linear = system_.jacobian_is_constant();
+  check(KSPSetType(solver, symmetric ? KSPCG : steady && !is_linear ? KSPGMRES : KSPBCGS));
+  check(KSPSetTolerances(solver, steady && !is_linear ? 1e-2 : 1e-9, 1e-300, PETSC_DEFAULT, 10'000));
   if (steady && !wide) {
-    check(PCSetType(preconditioner, PCGAMG));
+    use_aggregation_multigrid(preconditioner, cloud);
   } else {
     check(PCSetType(preconditioner, PCBJACOBI));  // with ICC or ILU inside, of the rows of each rank
     check(KSPSetInitialGuessNonzero(solver, PETSC_FALSE));
@@ -210,7 +210,7 @@ PetscErrorCode Newton::converged(SNES snes, PetscInt iteration, PetscReal, Petsc
       *reason = SNES_CONVERGED_FNORM_ABS, newton.at_round_off_ = true;
     else if (iteration >= most_iterations)
       *reason = SNES_DIVERGED_MAX_IT;
-    else if (residual > 0.1 * newton.last_residual_)
+    else if (residual > newton.slow_ * newton.last_residual_)
       newton.jacobian_is_old_ = true;  // a kept Jacobian has served its time
     newton.last_residual_ = residual;
   });

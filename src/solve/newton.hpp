@@ -22,6 +22,7 @@ class Newton {
     std::function<void(std::span<double> T, std::span<double> tolerance, std::span<double> round_off)> tolerance;
     /// Corrects Newton's step from T, of the owned points: dT in, dT out. May be empty.
     std::function<void(std::span<double> T, std::span<double> dT)> correct_step = {};
+    bool residual_may_grow = false;  ///< in a corrected step, before it falls
   };
   struct Result {
     bool converged = false;
@@ -32,7 +33,9 @@ class Newton {
     std::exception_ptr reason = {};  ///< of no convergence: the last error of the equations, if any
   };
 
-  /// `steady` equations are worse conditioned than the stages of a time step. Collective.
+  /// `steady` equations are worse conditioned than the stages of a time step, and the first guess may be far away: the
+  /// Jacobian stays while the residual falls well, and linear equations are solved no better than that asks for.
+  /// Collective.
   Newton(HeatSystem& system, Equations equations, bool steady);
   Newton(const Newton&) = delete;
   Newton& operator=(const Newton&) = delete;
@@ -64,6 +67,7 @@ class Newton {
 
   HeatSystem& system_;
   Equations equations_;
+  double slow_;            ///< part of the residual that is left where a kept Jacobian has served its time
   std::vector<double> T_;  ///< local points
   std::vector<double> tolerance_, round_off_;
   double last_residual_ = 0;

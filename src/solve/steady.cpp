@@ -45,13 +45,21 @@ std::vector<double> row_sums(Mat J, int owned) {
   return sums;
 }
 
-/// The balances of the steady state and what they are judged by.
+/// The balances of the steady state and what they are judged by. Where the conductivity depends on temperature, the
+/// unknown of Newton's steps is theta = integral of k dT (Kirchhoff's transform), over the largest k: between pairs of
+/// one material the flow is linear in it, so that a Jacobian serves more than one step.
 class SteadyState {
  public:
   /// The rows of prescribed temperatures hold J; times the fastest rate at T they are W, as the others.
   SteadyState(HeatSystem& system, double relative, std::span<double> T)
-      : system_(system), relative_(relative), rate_(system.rate_bound(0, T)) {
+      : system_(system),
+        relative_(relative),
+        rate_(system.rate_bound(0, T)),
+        by_theta_(system.material().conductivity_depends_on_T() && system.dofs().are_temperatures()) {
     if (!(rate_ > 0) || !std::isfinite(rate_)) rate_ = 1;
+    if (!by_theta_) return;
+    const std::vector<double> k = conductivity(T);
+    largest_k_ = max(system.cloud().comm, k.empty() ? 0 : std::ranges::max(k));
   }
 
   Newton::Equations equations() {
@@ -63,10 +71,14 @@ class SteadyState {
             .jacobian =
                 [this](std::span<double> T, Mat J) {
                   system_.jacobian(0, T, 0, 1, J);
-                  scale_rows(J);
                   row_sums_ = row_sums(J, system_.cloud().owned);
+                  for (int i : system_.prescribed()) row_sums_[i] *= rate_;
+                  scale(T, J);
                 },
-            .tolerance = [this](auto T, auto tolerance, auto round_off) { judge(T, tolerance, round_off); }};
+            .tolerance = [this](auto T, auto tolerance, auto round_off) { judge(T, tolerance, round_off); },
+            .correct_step = by_theta_
+                                ? [this](std::span<double> T, std::span<double> step) { step_to_temperature(T, step); }
+                                : std::function<void(std::span<double>, std::span<double>)>()};
   }
 
   double flow() const { return flow_; }
@@ -88,14 +100,47 @@ class SteadyState {
   }
 
  private:
-  void scale_rows(Mat J) {
-    petsc::Vector factors = petsc::create_vector(J);
-    {
-      const petsc::View<double> factor(factors);
-      std::ranges::fill(factor.values(), 1.0);
-      for (int i : system_.prescribed()) factor.values()[i] = rate_;
+  std::vector<double> conductivity(std::span<double> T) const {
+    std::vector<double> k(system_.cloud().owned);
+    collective_try(system_.cloud().comm, [&] { system_.material().conductivity(0, T.first(k.size()), k, {}); });
+    return k;
+  }
+  /// Of the unknown of the steps, which at prescribed points and in insulators is the temperature itself.
+  std::vector<double> dtheta_dT(std::span<double> T) const {
+    std::vector<double> k = conductivity(T);
+    for (double& value : k) value = value > 0 ? value / largest_k_ : 1;
+    for (int i : system_.prescribed()) k[i] = 1;
+    return k;
+  }
+
+  /// Turns a step of the unknown into one of T: step = integral of dtheta/dT over dT, by the value at mid-step. Where
+  /// that has none, the step is the last that was found, for the line search to shorten.
+  void step_to_temperature(std::span<double> T, std::span<double> step) const {
+    const std::vector<double> dtheta(step.begin(), step.end());
+    std::vector<double> middle(T.begin(), T.begin() + static_cast<std::ptrdiff_t>(step.size()));
+    for (int n = 0; n < 3; ++n) {
+      const std::vector<double> slope = dtheta_dT(middle);
+      for (std::size_t i = 0; i < step.size(); ++i) {
+        step[i] = dtheta[i] / slope[i];
+        middle[i] = T[i] + step[i] / 2;
+      }
     }
-    petsc::check(MatDiagonalScale(J, factors, nullptr));
+  }
+
+  /// Rows of prescribed temperatures to W, columns to derivatives by the unknown of the steps.
+  void scale(std::span<double> T, Mat J) {
+    petsc::Vector rows = petsc::create_vector(J), columns = petsc::create_vector(J);
+    {
+      const petsc::View<double> row(rows);
+      std::ranges::fill(row.values(), 1.0);
+      for (int i : system_.prescribed()) row.values()[i] = rate_;
+    }
+    if (by_theta_) {
+      std::vector<double> k = dtheta_dT(T);
+      for (double& value : k) value = 1 / value;
+      petsc::copy(k, columns);
+    }
+    petsc::check(MatDiagonalScale(J, rows, by_theta_ ? static_cast<Vec>(columns) : nullptr));
   }
 
   /// What is a small imbalance follows from what flows at these temperatures: the first guess, with its steps at the
@@ -121,7 +166,9 @@ class SteadyState {
 
   HeatSystem& system_;
   double relative_, flow_ = 0;
-  double rate_;                   ///< 1/s
+  double rate_;  ///< 1/s
+  bool by_theta_;
+  double largest_k_ = 1;          ///< at the first guess, W/(m K)
   std::vector<double> row_sums_;  ///< of the last Jacobian; empty before the first
 };
 
@@ -140,6 +187,7 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   watch.begin(system, state);
   SteadyState equations(system, relative, state.T);
   Newton newton(system, equations.equations(), true);
+  newton.always_renew(false);
   const auto result = newton.solve(state.T, most_iterations, equations.size(state.T));
   if (!result.converged && result.reason) std::rethrow_exception(result.reason);
   const SteadyReport report{.newton_iterations = result.iterations,

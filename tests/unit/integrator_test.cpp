@@ -519,6 +519,59 @@ temperature = "0 K"
   }
 }
 
+/// Iterations with the linear equations of a steady state, and that of a body with twice as many points along edges.
+std::pair<long, long> linear_iterations(const std::vector<std::string>& size, const std::vector<int>& points,
+                                        const std::string& rest, MPI_Comm comm) {
+  const auto count = [&](int refinement) {
+    std::vector<int> refined;
+    for (const int n : points) refined.push_back(refinement * (n - 1) + 1);
+    const CaseModel m(box_case(size, refined) + rest, comm);
+    State state = m.start();
+    return solve_steady(m.description(), m.system(), state).linear_iterations;
+  };
+  return {count(1), count(2)};
+}
+
+// Iterations of an incomplete factorisation grow with the points along an edge: here to more than twice as many.
+TEST(SteadyStateParallel, TakesAsManyLinearIterationsWithMorePoints) {
+  const std::string walls = R"toml(
+[boundary.cold]
+on = "xmin"
+temperature = "0 K"
+[boundary.warm]
+on = "zmax"
+convection = { h = "3 W/(m^2 K)", ambient = "1 K" }
+[steady]
+)toml";
+  const std::vector<std::string> cube = {"1 m", "1 m", "1 m"};
+  const std::string inclusion = R"toml(
+[body]
+material = "m"
+[material.copper]
+conductivity = "1000 W/(m K)"
+[[body.region]]
+material = "copper"
+where = "min(0.2 - abs(x - 0.5), min(0.2 - abs(y - 0.5), 0.2 - abs(z - 0.5)))"
+length = "m"
+)toml";
+  const struct {
+    std::string what;
+    std::vector<std::string> size;
+    std::vector<int> points;
+    std::string rest;
+  } bodies[] = {
+      {"a cube", cube, {15, 15, 15}, simple_material({.k = "1"})},
+      {"with k(T)", cube, {15, 15, 15}, simple_material({.k = "exp(2*T)"})},
+      {"with k(x, T)", cube, {15, 15, 15}, simple_material({.k = "(0.2 + x)*exp(T) + (1 - x)*(0.3 + 0.5*T)"})},
+      {"with an inclusion", cube, {15, 15, 15}, simple_material({.k = "1"}) + inclusion},
+  };
+  for (const auto& body : bodies) {
+    const auto [few, many] = linear_iterations(body.size, body.points, body.rest + walls, MPI_COMM_WORLD);
+    EXPECT_GT(few, 5) << body.what;  // none of these is solved directly
+    EXPECT_LE(many, 1.5 * few + 4) << body.what;
+  }
+}
+
 TEST(SteadyState, BalancesRadiationAndFlux) {
   // A plate heated by 5 kW/m^2 on one side radiates them on the other: T = (q / (eps sigma) + T_a^4)^(1/4) there, and
   // q L / k more on the heated side.

@@ -35,7 +35,8 @@ class Trouble {
         {.residual = [&](auto T, auto R) { here(Where::residual), system.residual(0, T, 1, {}, R); },
          .jacobian = [&](auto T, Mat J) { here(Where::jacobian), system.jacobian(0, T, 0, 1, J); },
          .tolerance = [&](auto, auto tolerance, auto) { here(Where::tolerance), std::ranges::fill(tolerance, 1e-12); },
-         .correct_step = [&](auto, auto) { here(Where::bend); }},
+         .correct_step = [&](auto, auto) { here(Where::bend); },
+         .residual_may_grow = true},
         true);
     State state = model_.start();
     const Newton::Result result = newton.solve(state.T, 30, 1);
