@@ -12,6 +12,7 @@
 #include "cloud/points.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
+#include "output/temperature_unit.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
 
@@ -35,8 +36,9 @@ int check_case(const Case& c, MPI_Comm comm) {
                   .start_E = begin.E_before_walls,
                   .start = state,
                   .phases = phases});
-  if (!is_steady(c))  // refuses what does not fit
-    std::ranges::copy(make_integrator(c, system, state)->notes, std::back_inserter(model.notes));
+  TemperatureUnit::of(c);  // refuses what does not fit, as does the integrator
+  const auto integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
+  if (integrator) std::ranges::copy(integrator->notes, std::back_inserter(model.notes));
   const bool takes_explicit = !is_steady(c) && system.capacity_is_lumped();
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
@@ -66,6 +68,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   if (model.weights.contains("moment_error"))
     line("second moments", fmt::format("off by {:.2g} along an axis; share of negative weights {:.2g}",
                                        model.weights.at("moment_error"), model.weights.at("negative_share")));
+  if (integrator) line("integrator", fmt::format("{}: {}", integrator->name(), integrator->why));
   if (bound > 0) line("explicit step", fmt::format("stable up to {:.4g} s (Gershgorin)", 2 / bound));
   // An explicit step streams 8 + 4 bytes a pair and some 30 arrays of the size of the cloud.
   line("memory", fmt::format("about {:.3g} MB", (12 * pairs + 240. * static_cast<double>(cloud.count)) / 1e6));

@@ -9,6 +9,7 @@
 #include <filesystem>
 
 #include "app/verbs.hpp"
+#include "base/terminal.hpp"
 
 namespace calor {
 namespace {
@@ -23,7 +24,9 @@ void prepare_environment() {
                                     {"OMPI_MCA_mpi_yield_when_idle", "1"},
                                     {"OMPI_MCA_hwloc_base_binding_policy", "none"}})
     setenv(name, value, 0);
-  setenv("CALOR_TERMINAL", isatty(STDERR_FILENO) ? "1" : "0", 0);  // the ranks themselves write to a pipe
+  // The ranks themselves write to a pipe.
+  setenv("CALOR_TERMINAL", stderr_is_terminal() ? "1" : "0", 1);
+  setenv("CALOR_COLOUR", stdout_takes_colour() ? "1" : "0", 1);
   setenv(launched, "1", 1);
 }
 

@@ -1,5 +1,6 @@
 // The command: a thin layer that reads arguments, owns MPI and PETSc, and turns errors into exit codes.
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
@@ -15,6 +16,7 @@
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
+#include "base/terminal.hpp"
 #include "output/report.hpp"
 
 namespace {
@@ -34,9 +36,12 @@ int run_verb(const CommandLine& a, MPI_Comm comm) {
   catch_interrupts();
   const RunResult result = run(c, comm, {.folder = folder, .quiet = a.quiet});
   if (rank_of(comm) == 0) {
+    const TemperatureUnit unit = TemperatureUnit::of(c);
+    if (!a.quiet) fmt::print("{}\n", fmt::join(summary(result, unit), "\n"));
     for (const Verdict& v : result.verdicts)
-      if (!a.quiet || !v.passed) fmt::print("{}\n", line(v));
-    if (!a.quiet) fmt::print("results in {}\n", folder);
+      if (!a.quiet || !v.passed) fmt::print("{}\n", line(v, unit, stdout_takes_colour()));
+    if (!a.quiet) fmt::print("results      {}\n", folder);
+    if (!a.quiet && c.section("output").flag("fields")) fmt::print("next         paraview {}/fields.pvd\n", folder);
   }
   if (result.interrupted_by) return 128 + result.interrupted_by;
   return result.passed() ? 0 : 1;
@@ -92,6 +97,9 @@ int main(int argc, char** argv) {
     verb->add_option("CASE", a.case_file, "case file (TOML)")->required();
     verb->add_option("key=value", a.overrides, "changes to the case, e.g. sph.smoothing=1.3 or variant=NAME");
     verb->add_option("-j", a.ranks, "number of processes")->check(CLI::Range(1, 1 << 20));
+    verb->add_option_function<std::string>(
+        "--units", [&](const std::string& unit) { a.overrides.push_back("output.temperature=\"" + unit + "\""); },
+        "unit of the temperatures it speaks of: K, degC or degF");
   }
   run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
   run->add_flag("--quiet", a.quiet, "print errors and failed expectations only");

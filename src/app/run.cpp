@@ -149,6 +149,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   const auto say = [&](spdlog::level::level_enum level, const std::string& text) {
     if (rank_of(comm) == 0) spdlog::log(level, text);
   };
+  const TemperatureUnit unit = TemperatureUnit::of(c);
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
@@ -178,6 +179,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     for (const std::string& note : integrator->notes) say(spdlog::level::info, note);
   RunResult result;
   result.texts = {{"method", method}, {"integrator", integrator ? integrator->name() : "steady"}};
+  if (integrator) result.texts["integrator_why"] = integrator->why;
 
   // What a case can be refused for has been refused: from here on files are written.
   log.open(options.folder);
@@ -199,8 +201,9 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   for (const auto& observer : observers) observer->finish(end, result);
   result.numbers["interrupted_by"] = result.interrupted_by;
   write_report(comm, options.folder, c, result, phases);
-  for (const Verdict& v : result.verdicts) say(spdlog::level::debug, line(v));
-  if (result.interrupted_by) say(spdlog::level::debug, fmt::format("interrupted by signal {}", result.interrupted_by));
+  result.wall = phases.elapsed();
+  for (const std::string& text : summary(result, unit)) say(spdlog::level::debug, text);
+  for (const Verdict& v : result.verdicts) say(spdlog::level::debug, line(v, unit));
   return result;
 }
 

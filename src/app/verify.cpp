@@ -8,6 +8,7 @@
 #include "app/schema.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
+#include "base/terminal.hpp"
 #include "case/json.hpp"
 
 namespace calor {
@@ -33,8 +34,11 @@ std::vector<std::string> case_files(const std::vector<std::string>& paths) {
 
 /// One line of the table: verdict, case, what was compared.
 void print(const std::string& name, const Verdict& v) {
-  fmt::print("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", v.passed ? "ok  " : "FAIL", name, v.what, v.norm, v.error,
-             v.tolerance, v.unit);
+  if (v.passed)
+    fmt::print("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", status(v, stdout_takes_colour()), name, v.what, v.norm,
+               v.error, v.tolerance, v.unit);
+  else
+    fmt::print("{}  {:<34} {}\n", status(v, stdout_takes_colour()), name, v.norm == "run" ? v.what : sentence(v));
   std::fflush(stdout);
 }
 
@@ -48,9 +52,10 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
     (v.passed ? passed : failed) += 1;
     if (!speaks) return;
     print(name, v);
+    const std::string what = v.what + (v.source.empty() ? "" : fmt::format(" ({})", v.source));
     entries += fmt::format(
         R"({}  {{"case": {}, "what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}}})",
-        entries.empty() ? "" : ",\n", json_string(name), json_string(v.what), json_string(v.norm), json_string(v.unit),
+        entries.empty() ? "" : ",\n", json_string(name), json_string(what), json_string(v.norm), json_string(v.unit),
         json_number(v.error), json_number(v.tolerance), v.passed);
   };
 

@@ -214,16 +214,23 @@ void declare_case(Schema& schema) {
   schema.add({.path = "parameter",
               .sentence = "Numbers that every formula of the case may use by their names.",
               .keys = {{"*", Kind::number, "", optional, "Any name but x, y, z, r, t, T, pi and e."}}});
-  schema.add({.path = "output",
-              .sentence = "What is written, and when.",
-              .keys = {
-                  {"times", Kind::quantities, "s", optional, "Fields are written at these times and at the end."},
-                  {"every", Kind::quantity, "s", optional, "Fields are written at all multiples of this time."},
-                  {"fields", Kind::flag, "", "true", "Whether fields for ParaView are written at all."},
-                  {"samples", Kind::integer, "", "200",
-                   "About how many rows probes.csv, energy.csv and balance.csv get, evenly spaced, besides the times "
-                   "of the fields."},
-              }});
+  schema.add(
+      {.path = "output",
+       .sentence = "What is written, and when.",
+       .keys = {
+           {"times", Kind::quantities, "s", optional, "Fields are written at these times and at the end."},
+           {"every", Kind::quantity, "s", optional, "Fields are written at all multiples of this time."},
+           {"fields", Kind::flag, "", "true", "Whether fields for ParaView are written at all."},
+           {"samples", Kind::integer, "", "200",
+            "About how many rows probes.csv, energy.csv and balance.csv get, evenly spaced, besides the times "
+            "of the fields."},
+           {"probes", Kind::text, "", optional,
+            "\"every 1 s\": probes.csv has a row at the start and at all multiples of this time, and no others, so "
+            "that rows of two runs can be subtracted. Steps land on these times."},
+           {"temperature", Kind::text, "", "K",
+            "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
+            "command line --units degC. Files of numbers keep to K."},
+       }});
   schema.add({.path = "variant[]",
               .sentence =
                   "The same case with some keys changed: `calor run CASE.toml variant=NAME`; `calor verify` runs "

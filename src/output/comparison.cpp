@@ -118,6 +118,34 @@ double difference(MPI_Comm comm, std::span<const double> T, std::span<const doub
   return any(comm, !is_finite) ? std::numeric_limits<double>::quiet_NaN() : result;
 }
 
+Result worst_point(const Cloud& cloud, std::span<const int> point, std::span<const double> values,
+                   std::span<const double> reference, bool by_value) {
+  struct Candidate {
+    double error = -1;
+    std::int64_t id = 0;
+    Vec3 x = {};
+    double value = 0, reference = 0;
+  };
+  const auto worse = [](const Candidate& a, const Candidate& b) {
+    return a.error != b.error ? a.error > b.error : a.id < b.id;
+  };
+  Candidate mine;
+  for (std::size_t n = 0; n < point.size(); ++n) {
+    const double off = std::abs(values[n] - reference[n]), error = by_value ? off / std::abs(reference[n]) : off;
+    const Candidate here{.error = std::isnan(error) ? (off == 0 ? 0 : std::numeric_limits<double>::infinity()) : error,
+                         .id = cloud.id[point[n]],
+                         .x = cloud.x[point[n]],
+                         .value = values[n],
+                         .reference = reference[n]};
+    if (worse(here, mine)) mine = here;
+  }
+  const std::vector<Candidate> all = gather(cloud.comm, std::vector{mine});
+  const Candidate& worst = *std::ranges::min_element(all, worse);
+  Result result{std::numeric_limits<double>::quiet_NaN(), worst.value, worst.reference};
+  for (int axis = 0; axis < cloud.dimension; ++axis) result.place.push_back(worst.x[axis]);
+  return result;
+}
+
 double read_report_bound(const Table& table, const std::string& key) {
   const auto written = table.quantities_with_units(key);
   if (written.size() != 1 || !written[0].second.empty())

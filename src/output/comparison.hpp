@@ -10,6 +10,7 @@
 
 #include "base/function.hpp"
 #include "case/case.hpp"
+#include "cloud/cloud.hpp"
 #include "output/reference.hpp"
 
 namespace calor {
@@ -32,7 +33,8 @@ struct Tolerance {
 };
 
 struct Result {
-  double error, value, reference;  // error in the unit of the tolerance; the other two only of probes
+  double error, value, reference;  // error in the unit of the tolerance; the others where they differ most
+  std::vector<double> place = {};  // m, of points
 };
 
 /// One [[expect]] on temperatures or properties.
@@ -53,10 +55,8 @@ struct Comparison {
   std::vector<std::optional<Result>> results{};  // one a time
 
   const Tolerance& tolerance(std::size_t k) const { return within[within.size() == 1 ? 0 : k]; }
-  bool passes(double error, std::size_t k) const {
-    const double least = at_least.empty() ? 0 : at_least[at_least.size() == 1 ? 0 : k].value;
-    return error >= least && error <= tolerance(k).value;
-  }
+  double least(std::size_t k) const { return at_least.empty() ? 0 : at_least[at_least.size() == 1 ? 0 : k].value; }
+  bool passes(double error, std::size_t k) const { return error >= least(k) && error <= tolerance(k).value; }
 };
 
 /// One [[expect]] on a number of the report.
@@ -78,6 +78,11 @@ std::vector<Tolerance> read_differences(const Table& table, const std::string& k
                                         std::size_t times);
 /// `at_most` or `at_least` of a number of the report.
 double read_report_bound(const Table& table, const std::string& key);
+
+/// The points at which values and references differ most: `by_value` relative to the reference, of equal ones that of
+/// the lowest number. Its error is NaN. Collective.
+Result worst_point(const Cloud& cloud, std::span<const int> point, std::span<const double> values,
+                   std::span<const double> reference, bool by_value);
 
 /// Largest or root-mean-square difference of distributed values, NaN where one is not finite. Collective.
 double difference(MPI_Comm comm, std::span<const double> T, std::span<const double> reference, const std::string& norm,

@@ -52,11 +52,15 @@ EnergyBalance EnergyLog::add(const State& state) {
   }
   row.push_back(balance.imbalance);
   log_.row(row);
+  last_ = balance;
   return balance;
 }
 
 void EnergyLog::finish(const Moment&, RunResult& result) {
-  result.numbers.insert({{"energy_imbalance", worst_}, {"source_error", worst_source_error_}});
+  result.numbers.insert(
+      {{"energy_imbalance", worst_}, {"source_error", worst_source_error_}, {"stored", last_.stored}});
+  for (std::size_t account = 0; account < last_.through.size(); ++account)
+    result.numbers["heat." + system_.accounts()[account]] = last_.through[account];
   if (worst_source_error_ > 1e-9 && rank_of(comm_) == 0)
     spdlog::warn("sources deposited up to {:.3g} % more or less power than asked for: see energy.csv",
                  100 * worst_source_error_);

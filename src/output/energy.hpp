@@ -34,6 +34,7 @@ class EnergyLog : public Observer {
   std::vector<double> start_E_;
   std::string folder_;
   CsvLog log_;
+  EnergyBalance last_;
   double worst_ = 0;
   double worst_source_error_ = 0;  ///< largest |deposited / asked - 1| of a source's power
 };

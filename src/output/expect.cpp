@@ -71,10 +71,8 @@ void Expectations::Impl::read_report(const Table& table) {
   for (const std::string key : {"at_most", "at_least"}) {
     if (!table.has(key)) continue;
     const std::string number = table.text("report");
-    const std::string name = table.has("name")
-                                 ? table.text("name")
-                                 : fmt::format("{} {}", number, key == "at_most" ? "at most" : "at least");
-    bounds.push_back({number, key == "at_most", read_report_bound(table, key), name});
+    bounds.push_back(
+        {number, key == "at_most", read_report_bound(table, key), table.text(table.has("name") ? "name" : "report")});
   }
   if (bounds.size() == first)
     table.refuse("report", "[[expect]] with 'report' has no bound", "add at_most = 1e-12 or at_least = 1");
@@ -260,7 +258,8 @@ void Expectations::Impl::compare(Comparison& e, std::size_t k, const State& stat
   }
   std::vector<double> compared;
   for (int i : reference.point) compared.push_back(all[i]);
-  e.results[k] = {difference(cloud.comm, compared, reference.value, e.table.text("norm"), of, is_relative), nan, nan};
+  e.results[k] = worst_point(cloud, reference.point, compared, reference.value, is_relative && of == "value");
+  e.results[k]->error = difference(cloud.comm, compared, reference.value, e.table.text("norm"), of, is_relative);
   if (!folder.empty()) write(e, k, reference, all);
 }
 
@@ -347,7 +346,11 @@ std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>&
       for (std::size_t n = entry.first; n < entry.first + entry.count; ++n) {
         const ReportBound& b = impl_->bounds[n];
         const auto found = report.find(b.number);
-        Verdict v{.what = b.name, .norm = "value", .unit = "", .error = nan, .tolerance = b.bound};
+        Verdict v{.what = b.name,
+                  .norm = b.is_upper ? "at most" : "at least",
+                  .unit = "",
+                  .error = nan,
+                  .tolerance = b.bound};
         if (found == report.end()) {
           std::vector<std::string> names;
           for (const auto& [name, value] : report) names.push_back(name);
@@ -380,13 +383,16 @@ std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>&
                 .tolerance = tolerance.value,
                 .passed = e.passes(result.error, k),
                 .value = result.value,
-                .reference = result.reference};
+                .reference = result.reference,
+                .value_unit = e.quantity->unit,
+                .least = e.least(k),
+                .worst_place = result.place};
       if (is_joint)
         v.what += fmt::format(" at {} times, worst at {:g} s", e.times.size(), e.times[k]);
       else if (!e.is_steady)
         v.what += fmt::format(" at {:g} s", e.times[k]);
       if (!e.results[k]) v.what += " (never reached)";
-      if (e.table.has("source")) v.what += fmt::format(" ({})", e.table.text("source"));
+      if (e.table.has("source")) v.source = e.table.text("source");
       all.push_back(v);
     }
   }

@@ -88,25 +88,40 @@ void Fields::write(const Moment& m) {
   writer_->write(t, fields, {{"temperature [K]", 1, T_walls}, {"heat flux into the body [W/m^2]", 1, q_walls}});
 }
 
-/// final.csv: id,x [m],y [m],z [m],T [K] with all digits.
+/// final.csv: id,x [m],y [m],z [m],T [K] with all digits, in the order of the points.
 class FinalState : public Observer {
  public:
   explicit FinalState(const RunSetup& run) : run_(run) {}
 
   void finish(const Moment& m, RunResult&) override {
-    const Cloud& cloud = run_.system.cloud();
-    const std::span<const double> T = m.temperatures();
     run_.phases.measure("output", [&] {
-      write_in_turns(cloud.comm, run_.folder + "/final.csv", "id,x [m],y [m],z [m],T [K]", [&](std::FILE* file) {
-        for (int i = 0; i < cloud.owned; ++i) {
-          const Vec3& x = cloud.x[i];
-          fmt::print(file, "{},{},{},{},{}\n", cloud.id[i], x.x, x.y, x.z, T[i]);
-        }
+      const std::vector<Row> rows = in_order(run_.system.cloud(), m.temperatures());
+      write_in_turns(run_.comm(), run_.folder + "/final.csv", "id,x [m],y [m],z [m],T [K]", [&](std::FILE* file) {
+        for (const auto& [id, x, T] : rows) fmt::print(file, "{},{},{},{},{}\n", id, x.x, x.y, x.z, T);
       });
     });
   }
 
  private:
+  struct Row {
+    std::int64_t id;
+    Vec3 x;
+    double T;
+  };
+
+  /// The rows of every rank by their numbers, lower ones on lower ranks. Collective.
+  static std::vector<Row> in_order(const Cloud& cloud, std::span<const double> T) {
+    std::vector<Row> rows;
+    for (int i = 0; i < cloud.owned; ++i) rows.push_back({cloud.id[i], cloud.x[i], T[i]});
+    std::ranges::sort(rows, {}, &Row::id);
+    const int ranks = size_of(cloud.comm);
+    std::vector<int> counts(ranks, 0);
+    for (const Row& row : rows) ++counts[static_cast<std::size_t>(row.id * ranks / cloud.count)];
+    rows = exchange(cloud.comm, rows, counts);
+    std::ranges::sort(rows, {}, &Row::id);
+    return rows;
+  }
+
   const RunSetup& run_;
 };
 

@@ -82,6 +82,7 @@ std::unique_ptr<Observer> make_weld_log(const RunSetup& run);
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run);
 std::unique_ptr<Observer> make_balance_log(const RunSetup& run);
 std::unique_ptr<Observer> make_probe_log(const RunSetup& run);
+std::unique_ptr<Observer> make_extremes(const RunSetup& run);
 std::unique_ptr<Observer> make_fields(const RunSetup& run);
 std::unique_ptr<Observer> make_steady_stop(const RunSetup& run);
 std::unique_ptr<Observer> make_final_state(const RunSetup& run);

@@ -1,13 +1,11 @@
 // The line on a terminal that says how far a run has come.
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <chrono>
 #include <cstdio>
-#include <cstdlib>
-#include <string_view>
 
 #include "base/parallel.hpp"
+#include "base/terminal.hpp"
 #include "output/observer.hpp"
 
 namespace calor {
@@ -17,12 +15,6 @@ std::string clock_text(double seconds) {
   const long s = static_cast<long>(seconds + 0.5);
   if (s < 3600) return fmt::format("{}:{:02}", s / 60, s % 60);
   return fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60);
-}
-
-/// Does the line end up on a terminal? Ranks under mpiexec are told so.
-bool on_terminal() {
-  const char* told = std::getenv("CALOR_TERMINAL");
-  return told ? std::string_view(told) == "1" : isatty(STDERR_FILENO);
 }
 
 /// Rewrites one line on stderr, at most every 0.2 s, and takes it away at the end, also when a run throws.
@@ -64,7 +56,7 @@ class Progress : public Observer {
 }  // namespace
 
 std::unique_ptr<Observer> make_progress(const RunSetup& run) {
-  if (run.is_quiet || run.is_steady() || rank_of(run.comm()) != 0 || !on_terminal()) return nullptr;
+  if (run.is_quiet || run.is_steady() || rank_of(run.comm()) != 0 || !stderr_is_terminal()) return nullptr;
   return std::make_unique<Progress>(run.description.section("time").number("end"));
 }
 

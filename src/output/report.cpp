@@ -24,11 +24,23 @@ std::string mpi_version() {
   return whole.substr(0, whole.find_first_of(",\n"));
 }
 
+std::string json(const std::vector<double>& numbers) {
+  std::string list;
+  for (const double number : numbers) list += (list.empty() ? "" : ", ") + json_number(number);
+  return "[" + list + "]";
+}
+
 std::string json(const Verdict& v) {
   return fmt::format(
-      R"({{"what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}, "value": {}, "reference": {}}})",
+      R"({{"what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}, "value": {}, "reference": {}, "worst_place": {}, "source": {}}})",
       json_string(v.what), json_string(v.norm), json_string(v.unit), json_number(v.error), json_number(v.tolerance),
-      v.passed, json_number(v.value), json_number(v.reference));
+      v.passed, json_number(v.value), json_number(v.reference), v.worst_place.empty() ? "null" : json(v.worst_place),
+      json_string(v.source));
+}
+
+std::string json(const Extreme& extreme) {
+  return fmt::format(R"({{"T": {}, "t": {}, "x": {}}})", json_number(extreme.T), json_number(extreme.t),
+                     json(extreme.x));
 }
 
 /// `"name": value` a line, as an object.
@@ -69,10 +81,10 @@ void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const
   for (const auto& [name, value] : result.texts)
     text += fmt::format("  {}: {},\n", json_string(name), json_string(value));
   text += fmt::format(
-      "  \"versions\": {},\n  \"numbers\": {},\n  \"seconds\": {},\n",
+      "  \"versions\": {},\n  \"temperatures\": {},\n  \"numbers\": {},\n  \"seconds\": {},\n",
       object(
           {{"calor", json_string(CALOR_VERSION)}, {"petsc", json_string(petsc)}, {"mpi", json_string(mpi_version())}}),
-      object(counted), object(timed));
+      object({{"lowest", json(result.lowest)}, {"highest", json(result.highest)}}), object(counted), object(timed));
   text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n", result.passed(),
                       list.empty() ? "" : list + "\n  ", c.json());
   make_folder(comm, folder);
@@ -81,12 +93,6 @@ void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const
     replace_file(folder + "/report.json", text);
     std::remove((folder + earlier).c_str());
   });
-}
-
-std::string line(const Verdict& v) {
-  const std::string unit = v.unit.empty() ? "" : " " + v.unit;
-  return fmt::format("{}  {}: {} {:.3g}{} of {:.3g}{}", v.passed ? "ok  " : "FAIL", v.what, v.norm, v.error, unit,
-                     v.tolerance, unit);
 }
 
 }  // namespace calor

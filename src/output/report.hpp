@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "case/case.hpp"
+#include "output/temperature_unit.hpp"
 
 namespace calor {
 
@@ -32,6 +33,7 @@ class Phases {
     work();
   }
   const std::vector<std::pair<std::string, Timing>>& timings() const { return timings_; }
+  double elapsed() const { return now().wall - start_.wall; }  ///< s, since this was made
 
  private:
   static Timing now() {
@@ -48,23 +50,36 @@ class Phases {
     timing->cpu += end.cpu - start.cpu;
   }
 
+  Timing start_ = now();
   std::vector<std::pair<std::string, Timing>> timings_;
 };
 
 /// What became of an [[expect]].
 struct Verdict {
-  std::string what;  ///< "line y = 2 m at 0.5 s, reference fig3.csv"
-  std::string norm;  ///< "max", "rms" or "value"
-  std::string unit;
+  std::string what;  ///< "points with y == 2, fig3.csv at 0.5 s"
+  std::string norm;  ///< over points "max" or "rms", of one number "value", of the report "at most" or "at least"
+  std::string unit;  ///< of error and tolerance
   double error = 0, tolerance = 0;
   bool passed = false;
-  double value = 0, reference = 0;  ///< for probes and report entries
+  double value = 0, reference = 0;       ///< SI; over points: where they differ most
+  std::string value_unit = {};           ///< of these two
+  double least = 0;                      ///< the error has to be as large as that: one that is known
+  std::vector<double> worst_place = {};  ///< m, where they differ most; empty for one number
+  std::string source = {};               ///< of the reference, as the case names it
+};
+
+/// A temperature that a run came to, K, with its time, s, and place, m.
+struct Extreme {
+  double T = 0, t = 0;
+  std::vector<double> x = {};
 };
 
 struct RunResult {
   std::vector<Verdict> verdicts;
   std::map<std::string, double> numbers;     ///< what report.json says
-  std::map<std::string, std::string> texts;  ///< method, integrator
+  std::map<std::string, std::string> texts;  ///< method, integrator and why it was taken
+  Extreme lowest, highest;                   ///< of the points, at the moments that were recorded
+  double wall = 0;                           ///< s
   int interrupted_by = 0;                    ///< signal number, 0 = ran to the end
   bool passed() const;
 };
@@ -78,7 +93,15 @@ void set_report_aside(MPI_Comm comm, const std::string& folder);
 void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const RunResult& result,
                   const Phases& phases);
 
-/// The verdict for a terminal: "ok    line y = 2 m at 0.5 s: max 1.2e-05 K of 0.00015 K".
-std::string line(const Verdict& verdict);
+/// The verdict for people: "probe hot at 60 s: 40.0 degC, expected 200.0 degC, off by 160 K, allowed 1 K".
+std::string sentence(const Verdict& verdict, const TemperatureUnit& unit = {});
+/// "ok  " or "FAIL", perhaps green or red.
+std::string status(const Verdict& verdict, bool in_colour);
+/// Both.
+std::string line(const Verdict& verdict, const TemperatureUnit& unit = {}, bool in_colour = false);
+
+/// What a run comes to, for people: points, integrator and why, temperatures, heat balance, steps, seconds. Lines of at
+/// most 80 columns where words allow.
+std::vector<std::string> summary(const RunResult& result, const TemperatureUnit& unit = {});
 
 }  // namespace calor

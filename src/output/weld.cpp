@@ -271,7 +271,9 @@ class WeldLog : public Observer {
                    weld_.has_cooling() ? "probe,peak [K],cooling time [s]" : "probe,peak [K]", [&](std::FILE* file) {
                      for (std::size_t p = 0; is_written_here && p < names.size(); ++p) {
                        fmt::print(file, "{},{}", names[p], history.peak()[p]);
-                       if (weld_.has_cooling()) fmt::print(file, ",{}", history.cooling()[p]);
+                       if (weld_.has_cooling()) std::fputc(',', file);
+                       if (weld_.has_cooling() && history.cooling()[p] >= 0)
+                         fmt::print(file, "{}", history.cooling()[p]);
                        std::fputc('\n', file);
                      }
                    });

@@ -28,6 +28,7 @@ class Integrator {
   virtual void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
   virtual std::string name() const = 0;  ///< as in [time] integrator
   StepCounts counts;
+  std::string why;                 ///< this integrator was taken: half a sentence
   std::vector<std::string> notes;  ///< what a user should know about its steps
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <iterator>
 #include <vector>
 
@@ -19,16 +20,22 @@ Registry<IntegratorKind>& integrators() {
 
 namespace {
 
+struct Choice {
+  std::string name, why;
+};
+
 /// Lines factorise cheaply; elsewhere super-time-stepping needs no matrix and wins until the problem is very stiff.
-std::string automatic(const Table& time, HeatSystem& system, State& start) {
-  if (system.has_massless_points()) return "euler";
+Choice automatic(const Table& time, HeatSystem& system, State& start) {
+  if (system.has_massless_points()) return {"euler", "the points on the walls hold no heat"};
   // With parameters an explicit stage takes a solution too: it pays where Newton's method would take many.
   const bool explicit_pays =
       system.dofs().are_temperatures() || (system.capacity_is_lumped() && system.material().capacity_depends_on_T());
-  if (system.cloud().dimension == 1 || !explicit_pays) return "tr-bdf2";
+  if (system.cloud().dimension == 1) return {"tr-bdf2", "implicit steps are cheap on a line"};
+  if (!explicit_pays) return {"tr-bdf2", "an explicit step would take a linear system, too"};
   constexpr double many = 1e5;
   const double euler_steps = time.number("end") * system.explicit_rate_bound(start.t, start.T) / 2;
-  return euler_steps > many ? "tr-bdf2" : "rkl2";
+  return {euler_steps > many ? "tr-bdf2" : "rkl2",
+          fmt::format("explicit Euler would take {:.3g} steps", std::ceil(euler_steps))};
 }
 
 /// Euler's stability at the start; the integrator goes on to watch it as the state changes.
@@ -73,8 +80,9 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     c.root().refuse("time", "a transient case needs density and specific_heat of every material",
                     "add them, or take [steady] instead of [time]");
   const bool is_automatic = !time.has("integrator") || time.text("integrator") == "automatic";
-  const IntegratorKind& kind =
-      *integrators().find(is_automatic ? automatic(time, system, start) : time.text("integrator"));
+  const Choice choice =
+      is_automatic ? automatic(time, system, start) : Choice{time.text("integrator"), "the case asks for it"};
+  const IntegratorKind& kind = *integrators().find(choice.name);
   if (system.has_massless_points() && kind.name == "rkl2")
     time.refuse("integrator",
                 fmt::format("{} does not know the algebraic wall points of correction = \"paper\"", kind.name),
@@ -111,6 +119,7 @@ std::unique_ptr<Integrator> make_integrator(const Case& c, HeatSystem& system, S
     std::ranges::copy(check_step(time, system, start, *options.step), std::back_inserter(notes));
   std::unique_ptr<Integrator> integrator = kind.make(options);
   integrator->notes = std::move(notes);
+  integrator->why = choice.why;
   return integrator;
 }
 

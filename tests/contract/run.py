@@ -65,7 +65,8 @@ class Contract(unittest.TestCase):
         done = self.calor("run", "plate.toml", "cloud.points=[11, 6]")
         self.assertEqual(done.stderr, "")
         self.assertNotIn("\r", done.stdout)
-        self.assertEqual(done.stdout.splitlines()[-1], "results in results/plate")
+        self.assertEqual(done.stdout.splitlines()[-2:], ["results      results/plate",
+                                                         "next         paraview results/plate/fields.pvd"])
         result = self.here / "results" / "plate"
         self.assertEqual((result / "probes.csv").read_text().splitlines()[0], "time [s],hot [K],cold [K]")
         self.assertEqual((result / "energy.csv").read_text().splitlines()[0],
@@ -106,9 +107,33 @@ class Contract(unittest.TestCase):
 
     def test_a_failed_expectation_is_code_1(self):
         self.calor("new", "plate")
-        done = self.calor("run", "plate.toml", "boundary.heater.flux=21 kW/m^2", code=1)
-        self.assertIn("FAIL  probe cold", done.stdout)
+        done = self.calor("run", "plate.toml", "boundary.heater.flux=21 kW/m^2", "--units", "degC", code=1)
+        # 21 kW/m^2 through 200 W/(m^2 K) make 105 K.
+        self.assertIn("FAIL  probe cold at 7200 s: 125.000 degC, expected 120.000 degC, off by 5 K, allowed 0.01 K\n",
+                      done.stdout)
         self.assertFalse(self.read_json("results/plate/report.json")["passed"])
+
+    def test_a_run_without_expectations_still_says_what_it_came_to(self):
+        self.calor("new", "plate")
+        text = (self.here / "plate.toml").read_text()
+        (self.here / "plate.toml").write_text(text.partition("[[expect]]")[0])
+        said = self.calor("run", "plate.toml", "--units", "degC").stdout.splitlines()
+        self.assertEqual([line.split()[0] for line in said if line[0] != " "],
+                         ["points", "integrator", "steps", "lowest", "highest", "heat", "time", "results", "next"])
+        self.assertRegex(said[3], r"20\.00 degC at \(.*\) m, 0 s")
+        self.assertRegex(said[4], r"13\d\.\d\d degC at \(.*\) m, \d+ s")
+        # 20 kW/m^2 on 10 mm x 1 m for 2 h
+        self.assertRegex(said[5], r"out by air .* MJ, in by heater 1.44 MJ, stored .* kJ")
+        self.assertIn("integrator", self.calor("check", "plate.toml").stdout)
+        for unit in ("mm", "degree"):
+            self.assertIn("K, degC or degF", self.calor("check", "plate.toml", "--units", unit, code=3).stderr)
+
+    def test_a_terminal_shows_verdicts_in_colour_unless_told_not_to(self):
+        self.calor("new", "plate")
+        for more, coloured in (({"CALOR_COLOUR": "1"}, True), ({"CALOR_COLOUR": "0"}, False), ({}, False)):
+            done = subprocess.run([CALOR, "run", "plate.toml"], cwd=self.here, capture_output=True, text=True,
+                                  env={**os.environ, **more})
+            self.assertEqual("\x1b[32mok  \x1b[0m  probe cold" in done.stdout, coloured)
 
     def test_verify_counts_and_writes_json(self):
         self.calor("new", "good")

@@ -84,6 +84,8 @@ def scale_of(name, numbers, span):
     kind = name.partition(".")[0]
     if kind in ("minimum", "maximum", "mean"):
         return max(span, 1e-12)
+    if kind in ("heat", "stored"):
+        return max(*(abs(value) for other, value in numbers.items() if other.startswith(("heat.", "stored"))), 1e-3)
     if kind == "heat_flow":
         return max(*(abs(value) for other, value in numbers.items() if other.startswith("heat_flow.")), 1e-3)
     return max(abs(numbers[name]), 1e-12)

@@ -1,0 +1,59 @@
+// The lowest and the highest temperature of a run, with time and place.
+#include <algorithm>
+#include <functional>
+#include <limits>
+
+#include "base/parallel.hpp"
+#include "output/observer.hpp"
+
+namespace calor {
+namespace {
+
+/// As it travels between ranks. The earliest counts, and of one time the point of the lowest number.
+struct Candidate {
+  double T = std::numeric_limits<double>::infinity(), t = 0;
+  std::int64_t id = 0;
+  Vec3 x = {};
+
+  bool operator<(const Candidate& other) const {
+    if (T != other.T) return T < other.T;
+    return t != other.t ? t < other.t : id < other.id;
+  }
+};
+
+class Extremes : public Observer {
+ public:
+  explicit Extremes(const Cloud& cloud) : cloud_(cloud) {}
+
+  void record(const Moment& m) override {
+    const std::span<const double> T = m.temperatures();
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (const int sign : {1, -1}) {
+        Candidate& best = sign > 0 ? lowest_ : highest_;
+        if (sign * T[i] > best.T) continue;
+        best = std::min(best, {.T = sign * T[i], .t = m.state().t, .id = cloud_.id[i], .x = cloud_.x[i]});
+      }
+  }
+  void finish(const Moment&, RunResult& result) override {
+    result.lowest = of_all(lowest_, 1);
+    result.highest = of_all(highest_, -1);
+  }
+
+ private:
+  Extreme of_all(const Candidate& mine, int sign) const {
+    const std::vector<Candidate> all = gather(cloud_.comm, std::vector{mine});
+    const Candidate& best = *std::ranges::min_element(all, std::less{});
+    Extreme e{.T = sign * best.T, .t = best.t};
+    for (int axis = 0; axis < cloud_.dimension; ++axis) e.x.push_back(best.x[axis]);
+    return e;
+  }
+
+  const Cloud& cloud_;
+  Candidate lowest_, highest_;  ///< of this rank; the highest with the sign of T turned
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_extremes(const RunSetup& run) { return std::make_unique<Extremes>(run.system.cloud()); }
+
+}  // namespace calor
