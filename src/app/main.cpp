@@ -112,6 +112,10 @@ int main(int argc, char** argv) {
   CLI::App* doc = app.add_subcommand("doc", "the manual of case files");
   doc->add_option("KEY", a.key, "a section or a key, e.g. cloud or cloud.radius");
 
+  CLI::App* plot = app.add_subcommand("plot", "draw pictures of a result");
+  CLI::App* report = app.add_subcommand("report", "write one page about a result, for a browser");
+  for (CLI::App* verb : {plot, report}) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
+
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {
@@ -123,6 +127,7 @@ int main(int argc, char** argv) {
 
   if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
   try {
+    if (*plot || *report) become_python({argv + 1, argv + argc});
     if (*fresh) return new_case(a.name);
     if (*doc) {
       fmt::print("{}", manual(schema(), a.key));

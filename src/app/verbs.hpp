@@ -19,6 +19,11 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
 /// Writes a commented starter case to NAME.toml. Never overwrites.
 int new_case(const std::string& name);
 
+/// Becomes the Python package, which draws pictures and writes pages: words such as plot RESULT. It is found in the
+/// share folder beside the command, or in the source tree of a build. Throws Error(command) where it or Python is
+/// missing.
+[[noreturn]] void become_python(const std::vector<std::string>& words);
+
 /// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT, SIGTERM and SIGHUP end the run after the
 /// current step; a second one ends it at once, as does, after SIGTERM and SIGHUP, half a minute. When this process is
 /// killed, mpiexec and the ranks end too. Returns the exit code; throws Error(command) where there is no mpiexec.

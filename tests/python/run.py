@@ -17,6 +17,7 @@ sys.path.insert(0, str(ROOT / "python"))
 try:
     import matplotlib
     import numpy as np
+    import matplotlib.pyplot  # noqa: F401
     import vtkmodules.vtkIOXML  # noqa: F401
 except ImportError as missing:
     print(f"skipped: {missing}; apt-get install python3-numpy python3-vtk9 python3-matplotlib")
@@ -159,6 +160,79 @@ class Package(unittest.TestCase):
         self.assertEqual(list(frame.columns), ["hot [K]", "cold [K]"])
         self.assertEqual(frame.index[-1], 1200)
         self.assertIn("heat flux x [W/m^2]", result.fields().to_pandas().columns)
+
+
+RING = {
+    "title": "Ring", "method": "sph", "steady": {},
+    "cloud": {"shape": "surface", "spacing": "1 mm", "part": [{"shape": "annulus", "inner": "10 mm", "outer": "20 mm"}]},
+    "material": {"steel": {"conductivity": "40 W/(m K)"}},
+    "boundary": {"inner": {"on": "inner", "temperature": "400 K"}, "outer": {"on": "outer", "temperature": "300 K"}},
+}
+BLOCK = {**{key: value for key, value in RING.items() if key not in ("cloud", "boundary")}, "title": "Block",
+         "cloud": {"shape": "box", "size": ["8 mm", "6 mm", "4 mm"], "points": [9, 7, 5]},
+         "boundary": {"a": {"on": "zmin", "temperature": "300 K"}, "b": {"on": "zmax", "temperature": "340 K"}}}
+
+
+class Pictures(unittest.TestCase):
+    setUp = Package.setUp
+
+    def test_triangles_cover_the_body_and_leave_its_holes(self):
+        from calor import plot
+        fields = Case(RING).run().fields()
+        mesh = plot.triangles(fields, np.arange(len(fields.x)), [0, 1], 1, np.empty((0, 2, 2)))
+        (a, b, c) = (fields.x[mesh.get_masked_triangles()[:, n], :2] for n in range(3))
+        area = 0.5 * abs(np.cross(b - a, c - a)).sum()
+        self.assertAlmostEqual(area, np.pi * (20e-3**2 - 10e-3**2), delta=0.02 * area)
+
+    def test_no_triangle_crosses_a_crack(self):
+        from calor import plot
+        case = {**PLATE, "crack": [{"x": ["10 mm", "10 mm"], "y": ["0 mm", "20 mm"]}], "cloud": {**PLATE["cloud"], "points": [10, 6]}}
+        result = Case(case).run()
+        cracks = plot.cracks_of(result)
+        np.testing.assert_allclose(cracks, [[[10e-3, 0], [10e-3, 20e-3]]])
+        fields = result.fields()
+        mesh = plot.triangles(fields, np.arange(len(fields.x)), [0, 1], 1, cracks)
+        x = fields.x[mesh.get_masked_triangles(), 0]
+        self.assertGreater(len(x), 0)
+        self.assertTrue(((x < 10e-3).all(1) | (x > 10e-3).all(1)).all())
+
+    def test_a_section_has_the_temperatures_of_its_plane(self):
+        from calor import plot
+        fields = Case(BLOCK).run().fields()
+        for z in (1e-3, 1.3e-3, 2e-3):  # on points and between
+            np.testing.assert_allclose(plot.in_section(fields, "temperature", ("z", z)), 300 + 1e4 * z, atol=1e-6)
+        with self.assertRaisesRegex(CalorError, "from 0 to 0.004 m"):
+            plot.cut(fields, ("z", 1.0))
+
+    def test_every_result_has_its_pictures(self):
+        from calor import plot
+        for case, expected in ((PLATE, {"section", "probes", "balance", "energy"}), (BLOCK, {"section", "surface", "balance"}),
+                               (RING, {"section", "balance"})):
+            drawn = plot.pictures(Case(case).run(case["title"]), dark=case is RING)
+            self.assertEqual(set(drawn), expected)
+            for figure in drawn.values():
+                for axes in figure.axes[:1]:
+                    self.assertRegex(axes.get_xlabel(), r"\[.+\]")
+                matplotlib.pyplot.close(figure)
+
+    def test_the_command_draws_and_refuses(self):
+        Case(PLATE).run("plate")
+        said = subprocess.run([CALOR, "plot", "plate", "probes", "section", "--time", "600", "--format", "svg"], capture_output=True, text=True)
+        self.assertEqual((said.returncode, said.stdout.splitlines()), (0, ["plate/pictures/probes.svg", "plate/pictures/section.svg"]), said.stderr)
+        self.assertIn("Plate", pathlib.Path("plate/pictures/section.svg").read_text())
+        for words, code, text in ((["nothing"], 4, "report.json is missing"), (["plate", "tea"], 2, "there is no picture 'tea'"),
+                                  (["plate", "section", "--field", "colour"], 1, "there is no field 'colour'"),
+                                  (["plate", "section", "--time", "7"], 2, "at 0, 600, 1200 s")):
+            said = subprocess.run([CALOR, "plot", *words], capture_output=True, text=True)
+            self.assertEqual(said.returncode, code, said.stderr)
+            self.assertIn(text, said.stderr)
+
+    def test_a_film_has_a_picture_a_time(self):
+        from PIL import Image
+        from calor import plot
+        plot.animate(Case(PLATE).run(), pathlib.Path("film.gif"))
+        with Image.open("film.gif") as film:
+            self.assertEqual(film.n_frames, 3)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,95 @@
+"""python3 -m calor plot|report RESULT ...: what the command `calor` starts for pictures and pages."""
+from __future__ import annotations
+
+import argparse
+import pathlib
+import sys
+
+PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil"}
+
+
+def plane(text: str) -> tuple[str, float]:
+    """("y", 0.01) of "y=10 mm"; a number alone is m."""
+    axis, _, at = text.partition("=")
+    number, _, unit = at.strip().partition(" ")
+    factors = {"": 1, "m": 1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
+    if axis not in ("x", "y", "z") or unit not in factors:
+        raise argparse.ArgumentTypeError(f"'{text}' is no plane: write it as in y=\"10 mm\"")
+    try:
+        return axis, float(number) * factors[unit]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{number}' is no number") from None
+
+
+def read_arguments(words: list[str]) -> argparse.Namespace:
+    parser = argparse.ArgumentParser(prog="calor", description=__doc__)
+    verbs = parser.add_subparsers(dest="verb", required=True)
+    plot = verbs.add_parser("plot", help="draw pictures of a result")
+    plot.add_argument("result", help="folder that calor run has written")
+    plot.add_argument("what", nargs="*", help="section, surface, lines, probes, pool, balance, energy, film; default: all that there are")
+    plot.add_argument("-o", "--output", help="folder for the pictures (default: RESULT/pictures)")
+    plot.add_argument("--field", default="temperature", help="field of sections, surfaces and films (default: temperature)")
+    plot.add_argument("--time", type=float, help="of sections and surfaces, s (default: the end)")
+    plot.add_argument("--plane", type=plane, help="of sections and films in 3D, e.g. y=\"10 mm\" (default: through the middle)")
+    plot.add_argument("--format", default="png", choices=["png", "svg", "pdf"], help="of pictures (default: png)")
+    plot.add_argument("--film", default="mp4", choices=["mp4", "gif"], help="of films (default: mp4)")
+    plot.add_argument("--dark", action="store_true", help="on a dark ground")
+    report = verbs.add_parser("report", help="write one page of HTML about a result")
+    report.add_argument("result", help="folder that calor run has written")
+    report.add_argument("-o", "--output", help="file for the page (default: RESULT/report.html)")
+    return parser.parse_args(words)
+
+
+def draw(options: argparse.Namespace) -> None:
+    import matplotlib
+    matplotlib.use("Agg")
+    from . import plot
+    from .command import CommandError
+    from .result import Result
+    result = Result(options.result)
+    folder = pathlib.Path(options.output) if options.output else result.folder / "pictures"
+    known = [*plot.PICTURES, "film"]
+    for what in options.what:
+        if what not in known:
+            raise CommandError(f"there is no picture '{what}'; there are {', '.join(known)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    of_fields = {"section": {"name": options.field, "t": options.time, "plane": options.plane},
+                 "surface": {"name": options.field, "t": options.time}}
+    for what in options.what or plot.PICTURES:
+        path = folder / f"{what}.{options.film if what == 'film' else options.format}"
+        try:
+            if what == "film":
+                plot.animate(result, path, name=options.field, plane=options.plane, dark=options.dark)
+            else:
+                plot.figure(result, what, dark=options.dark, **of_fields.get(what, {})).savefig(path, dpi=150)
+        except plot.CalorError:
+            if options.what:
+                raise
+            continue
+        print(path)
+
+
+def main(words: list[str]) -> int:
+    options = read_arguments(words)
+    try:
+        from .command import CalorError
+        try:
+            if options.verb == "plot":
+                draw(options)
+            else:
+                from .result import Result
+                print(Result(options.result).write_page(options.output))
+        except (CalorError, ValueError) as error:
+            print(f"calor: {error}", file=sys.stderr)
+            return getattr(error, "code", 2)
+    except ModuleNotFoundError as error:
+        package = PACKAGES.get((error.name or "").partition(".")[0])
+        if not package:
+            raise
+        print(f"calor: pictures need {package}: apt-get install {package}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1:]))
