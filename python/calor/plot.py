@@ -14,16 +14,10 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from .command import CalorError
-from .result import Fields, Result, Table
+from .result import Fields, Result, Table, is_straight, length_unit
 from .style import theme
 
 # Parts -------------------------------------------------------------------------------------------------------------
-
-
-def length_unit(x: np.ndarray) -> tuple[float, str]:
-    """How many of which unit make a metre, for places of a body."""
-    size = np.ptp(x, axis=0).max() if len(x) else 1
-    return (1.0, "m") if size >= 1 else (1e3, "mm") if size >= 1e-4 else (1e6, "µm")
 
 
 METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254}
@@ -220,13 +214,6 @@ def pool(result: Result) -> Figure:
     axes.set(xlabel="t [s]", ylabel=f"extent of the melt [{unit}]", title=f"{result.title}: melt pool")
     put_legend(axes)
     return figure
-
-
-def is_straight(table: Table) -> bool:
-    """Do the places of a table lie on one straight line?"""
-    x = np.column_stack([table[axis] for axis in "xyz"])
-    spread = np.linalg.svd(x - x.mean(0), compute_uv=False)
-    return len(x) > 1 and spread[1] <= 1e-6 * spread[0]
 
 
 def lines(result: Result, name: str = "temperature") -> Figure:

@@ -258,6 +258,19 @@ class Result:
         return f"<b>{escape(self.title)}</b> ({escape(about)}) in {escape(str(self.folder))}{table}"
 
 
+def is_straight(table: Table) -> bool:
+    """Do the places of a table lie on one straight line?"""
+    x = np.column_stack([table[axis] for axis in "xyz"])
+    spread = np.linalg.svd(x - x.mean(0), compute_uv=False)
+    return len(x) > 1 and spread[1] <= 1e-6 * spread[0]
+
+
+def length_unit(x: np.ndarray) -> tuple[float, str]:
+    """How many of which unit make a metre, for places of a body."""
+    size = np.ptp(x, axis=0).max() if len(x) else 1
+    return (1.0, "m") if size >= 1 else (1e3, "mm") if size >= 1e-4 else (1e6, "µm")
+
+
 def number_text(value: float | None) -> str:
     """Three digits; what JSON cannot hold is null in the report."""
     return "?" if value is None else f"{value:.3g}"

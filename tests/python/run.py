@@ -4,8 +4,12 @@
   run.py CALOR
 
 Without python3-numpy, python3-vtk9 or python3-matplotlib of Debian it ends with code 77: skipped."""
+import base64
+import json
 import os
 import pathlib
+import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -235,5 +239,64 @@ class Pictures(unittest.TestCase):
             self.assertEqual(film.n_frames, 3)
 
 
+class Page(unittest.TestCase):
+    setUp = Package.setUp
+
+    def page(self, case):
+        self.result = Case(case).run()
+        path = self.result.write_page()
+        self.assertEqual(path, self.result.folder / "report.html")
+        text = path.read_text()
+        return text, json.loads(re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.S)[1])
+
+    def test_a_page_holds_everything_it_shows(self):
+        text, _ = self.page(PLATE)
+        self.assertEqual(re.findall(r"<(?:link|img|iframe)|\bsrc=|url\(|@import|fetch\(|XMLHttpRequest", text), [])
+        self.assertNotIn("{{", text)
+        for words in ("Plate", "heat flow through heater", "calor run", "conductivity = &quot;40 W/(m K)&quot;", "petsc 3."):
+            self.assertIn(words, text)
+
+    def test_what_a_case_is_called_cannot_break_its_page(self):
+        text, data = self.page({**PLATE, "title": "</script><b>a & \"b\"", "probe": {"</script>": ["0 mm", "5 mm"]}})
+        self.assertIn("<h1>&lt;/script&gt;&lt;b&gt;a &amp; &quot;b&quot;</h1>", text)
+        self.assertEqual(text.count("</script>"), 3)
+        self.assertEqual(data["charts"][0]["series"][0]["label"], "</script>")
+
+    def test_the_fields_of_a_page_are_those_of_the_result(self):
+        _, data = self.page({**BLOCK, "steady": {}})
+        cloud, fields = data["cloud"], self.result.fields()
+        unpack = lambda text, kind: np.frombuffer(base64.b64decode(text), kind)  # noqa: E731
+        np.testing.assert_allclose(unpack(cloud["x"], "<f4").reshape(-1, 3), fields.x, atol=1e-9)
+        temperature = cloud["fields"][0]
+        self.assertEqual((temperature["label"], len(temperature["values"])), ("temperature [K]", 1))
+        span = temperature["high"] - temperature["low"]
+        found = temperature["low"] + span * unpack(temperature["values"][0], "<u2") / 65535
+        np.testing.assert_allclose(found, fields["temperature"], atol=span / 65535)
+        self.assertAlmostEqual(span, 40, places=6)
+
+    def test_curves_of_a_page_go_through_the_rows_of_the_tables(self):
+        text, data = self.page({**PLATE, "expect": [{"probe": "hot", "value": "380 K", "at": ["10 min", "20 min"], "within": "90 %"}]})
+        chart = data["charts"][0]
+        self.assertEqual([series["label"] for series in chart["series"]], ["hot", "cold", "hot, expected"])
+        np.testing.assert_allclose(chart["columns"][0], self.result.probes["time"], rtol=1e-6)
+        np.testing.assert_allclose(chart["columns"][1], self.result.probes["hot"], rtol=1e-6)
+        self.assertEqual([value for value in chart["columns"][3] if value is not None], [380, 380])
+        for one in data["charts"]:
+            self.assertIn(f'<div id="{one["id"]}">', text)
+
+    def test_a_browser_draws_the_page(self):
+        browser = shutil.which("chromium")
+        if not browser:
+            self.skipTest("chromium is missing")
+        text, data = self.page(BLOCK)
+        path = self.result.folder / "report.html"
+        path.write_text(text.replace("</body>", "<script>document.title = `${document.querySelectorAll('.uplot').length} charts, `"
+                                     " + `${document.querySelectorAll('#ticks span').length > 2} ${document.querySelector('#probe').textContent}`</script></body>"))
+        said = subprocess.run([browser, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                               f"--user-data-dir={os.getcwd()}/browser", "--virtual-time-budget=3000", "--dump-dom", f"file://{path.resolve()}"],
+                              capture_output=True, text=True, timeout=100)
+        self.assertIn(f"<title>{len(data['charts'])} charts, true </title>", said.stdout, said.stderr[-2000:])
+
+
 if __name__ == "__main__":
-    unittest.main(argv=sys.argv[:1])
+    unittest.main(argv=sys.argv[:1] + sys.argv[2:])
