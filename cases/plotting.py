@@ -1,9 +1,8 @@
-"""What the figures of the papers share: reading of results and reference files, drawing, and the command line."""
+"""What the figures of the papers share, on top of the Python package: references, results, drawing, the command line."""
 import argparse
-import csv
 import pathlib
 import subprocess
-import xml.etree.ElementTree as xml
+import sys
 
 import matplotlib
 
@@ -11,42 +10,10 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 import numpy as np
 
-# Reading ----------------------------------------------------------------------------------------------------------
-
-
-def read_csv(path):
-    """Columns by name, the unit in brackets left out."""
-    with open(path) as file:
-        rows = list(csv.reader(file))
-    data = np.array(rows[1:], float)
-    return {name.split(" [")[0]: data[:, n] for n, name in enumerate(rows[0])}
-
-
-NUMPY_TYPES = {"Float64": "f8", "Float32": "f4", "Int64": "i8", "Int32": "i4", "UInt8": "u1", "UInt32": "u4", "UInt64": "u8"}
-
-
-def read_vtu(path):
-    """Arrays of an appended-raw VTU file, "Points" among them; of a PVTU file, those of its pieces one after another."""
-    blob = pathlib.Path(path).read_bytes()
-    if str(path).endswith(".pvtu"):
-        pieces = [read_vtu(path.parent / piece.get("Source")) for piece in xml.fromstring(blob).iter("Piece")]
-        return {name: np.concatenate([piece[name] for piece in pieces]) for name in pieces[0]}
-    head, _, tail = blob.partition(b"<AppendedData")
-    data = tail[tail.index(b"_") + 1 :]
-    root = xml.fromstring(head + b"</VTKFile>")
-    order = "<" if root.get("byte_order") == "LittleEndian" else ">"
-    size_type = np.dtype(order + NUMPY_TYPES[root.get("header_type", "UInt32")])
-    arrays = {}
-    for array in root.iter("DataArray"):
-        if array.get("format") != "appended":
-            continue
-        offset = int(array.get("offset"))
-        size = int(np.frombuffer(data, size_type, 1, offset)[0])
-        dtype = np.dtype(order + NUMPY_TYPES[array.get("type")])
-        values = np.frombuffer(data, dtype, size // dtype.itemsize, offset + size_type.itemsize)
-        components = int(array.get("NumberOfComponents", "1"))
-        arrays[array.get("Name")] = values.reshape(-1, components) if components > 1 else values
-    return arrays
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "python"))
+from calor import Result, Table  # noqa: E402
+from calor.plot import colour_bar, draw_section, put_legend  # noqa: E402
+from calor.style import theme  # noqa: E402
 
 
 class Paper:
@@ -57,38 +24,33 @@ class Paper:
         self.results = pathlib.Path(results)
         self.figures = pathlib.Path(figures)
 
+    # Reading ------------------------------------------------------------------------------------------------------
+
     def reference(self, name, **filters):
         """Rows of a reference file in which the named columns have the given values."""
-        table = read_csv(self.folder / "reference" / name)
+        table = Table.read(self.folder / "reference" / name)
         keep = np.ones(len(next(iter(table.values()))), bool)
         for column, value in filters.items():
             keep &= np.isclose(table[column], value, rtol=1e-9)
         return {column: values[keep] for column, values in table.items()}
 
-    def field(self, result, time=None, name="temperature [K]"):
-        """Points (n, 3) in m and a field of a result at a time; without one, at its end."""
-        folder = self.results / result
-        entries = [(float(e.get("timestep")), e.get("file")) for e in xml.parse(folder / "fields.pvd").iter("DataSet")]
-        at, file = entries[-1] if time is None else min(entries, key=lambda entry: abs(entry[0] - time))
-        if time is not None and not np.isclose(at, time, rtol=1e-9):
-            raise SystemExit(f"figures: {folder} has no field at {time} s")
-        arrays = read_vtu(folder / file)
-        return arrays["Points"], arrays[name]
+    def result(self, name):
+        return Result(self.results / name)
 
-    def on_line(self, result, time=None, name="temperature [K]", **fixed):
+    def on_line(self, result, time=None, name="temperature", **fixed):
         """x and a field on the line on which the named coordinates have the given values, sorted by x."""
-        points, values = self.field(result, time, name)
-        keep = np.ones(len(values), bool)
+        fields = self.result(result).fields(time)
+        keep = np.ones(len(fields.x), bool)
         for axis, value in fixed.items():
-            keep &= abs(points[:, "xyz".index(axis)] - value) < 1e-9
-        order = np.argsort(points[keep, 0])
-        return points[keep, 0][order], values[keep][order]
+            keep &= abs(fields.x[:, "xyz".index(axis)] - value) < 1e-9
+        order = np.argsort(fields.x[keep, 0])
+        return fields.x[keep, 0][order], fields[name][keep][order]
 
     # Drawing ------------------------------------------------------------------------------------------------------
 
     def save(self, figure, name):
         self.figures.mkdir(parents=True, exist_ok=True)
-        figure.savefig(self.figures / name, dpi=150, bbox_inches="tight")
+        figure.savefig(self.figures / name, dpi=150)
         plt.close(figure)
         print(self.figures / name)
 
@@ -101,15 +63,23 @@ class Paper:
     def curves(self, name, title, x_label, y_label, series, every=1):
         """One picture: for every (label, x, y, reference x, reference y) points over a line of the same colour; of the
         points each `every`-th."""
-        figure, axes = plt.subplots(figsize=(6, 4.2))
+        figure, axes = plt.subplots(figsize=(7, 4.2))
         for n, (label, x, y, line_x, line_y) in enumerate(series):
             colour = f"C{n}"
             axes.plot(line_x, line_y, "-", color=colour, linewidth=1)
             axes.plot(x[::every], y[::every], "o", color=colour, markersize=3.5, markerfacecolor="none", label=label)
         axes.plot([], [], "k-", linewidth=1, label="reference")
         axes.set(title=title, xlabel=x_label, ylabel=y_label)
-        axes.legend(fontsize=8)
-        axes.grid(alpha=0.3)
+        put_legend(axes)
+        self.save(figure, name)
+
+    def section(self, name, title, result, time=None, plane=None, isotherm=None, size=(7, 3.8)):
+        """One picture of the temperatures on a section, in the degrees of the case; returns nothing."""
+        figure, axes = plt.subplots(figsize=size)
+        fields = self.result(result).shown(self.result(result).fields(time))
+        filled = draw_section(axes, fields, plane=plane, isotherm=isotherm)
+        colour_bar(figure, filled, axes, f"T [{fields.units['temperature']}]")
+        axes.set(title=title)
         self.save(figure, name)
 
     # Running ------------------------------------------------------------------------------------------------------
@@ -133,11 +103,12 @@ class Paper:
         parser.add_argument("--calor", help="the command that runs cases; without it the results must be there")
         parser.add_argument("--only", type=int, nargs="+", choices=list(drawn), help="numbers of figures")
         options = parser.parse_args()
-        if options.what in others:
-            return others[options.what]()
-        numbers = options.only or list(drawn)
-        if options.calor:
-            for result in dict.fromkeys(result for number in numbers for result in drawn[number][1]):
-                self.run(options.calor, result)
-        for number in numbers:
-            drawn[number][0]()
+        with theme():
+            if options.what in others:
+                return others[options.what]()
+            numbers = options.only or list(drawn)
+            if options.calor:
+                for result in dict.fromkeys(result for number in numbers for result in drawn[number][1]):
+                    self.run(options.calor, result)
+            for number in numbers:
+                drawn[number][0]()

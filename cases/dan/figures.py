@@ -4,21 +4,22 @@ known are substitutes (docs/welding.md).
 
   figures.py all --calor COMMAND [--only 6 8 ...]   runs the cases that the figures need, then draws them
 
-Pictures go to figures/dan/ in the current folder, results to results/dan/. Needs numpy and matplotlib.
+Pictures go to figures/dan/ in the current folder, results to results/dan/. Needs numpy, matplotlib and
+python3-vtk9.
 """
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from plotting import Paper, plt, read_csv
+from plotting import Paper, plt, put_legend
 
 paper = Paper(HERE, results="results/dan", figures="figures/dan")
 CELSIUS = 273.15
 
 
 def layout(result, number, title):
-    points, _ = paper.field(result, 15.0)
+    points = paper.result(result).fields(15.0).x
     figure, axes = plt.subplots(figsize=(7, 3.8))
     axes.plot(1e3 * points[:, 0], 1e3 * points[:, 1], "k.", markersize=2)
     axes.set(title=f"Fig. {number}: {title}, {len(points)} points", xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
@@ -44,10 +45,10 @@ def study():
     count = [nx * ny for nx, ny in GRIDS]
 
     def average_of(result):
-        return read_csv(paper.results / result / "weld.csv")["average"][-1] - CELSIUS
+        return paper.result(result).weld["average"][-1] - CELSIUS
 
     def length_of(result):
-        weld = read_csv(paper.results / result / "weld.csv")
+        weld = paper.result(result).weld
         return 1e3 * weld["length"][abs(weld["time"] - 15).argmin()]
 
     plain = [(average_of(tiles(grid)), length_of(tiles(grid))) for grid in GRIDS]
@@ -79,7 +80,7 @@ def graded_averages():
     line = paper.reference("W2D-weldline.csv", t=15.0)
     right.plot(line["x"], line["T"], "k-", linewidth=0.8, label="Green's functions")
     for n, (result, label) in enumerate((("W2D/mlpg", "1891 points"), ("W2D/mlpg-rows", "930 points in rows"))):
-        weld = read_csv(paper.results / result / "weld.csv")
+        weld = paper.result(result).weld
         left.plot(weld["time"], weld["average"] - CELSIUS, ("-", "--")[n], color=f"C{n}", label=label)
         x, T = paper.on_line(result, 15.0, y=0.0)
         right.plot(1e3 * x, T - CELSIUS, "ox"[n], color=f"C{n}", markersize=3.5, markerfacecolor="none", label=label)
@@ -95,7 +96,7 @@ def melt_length():
     """Average temperature and melt length over time."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6))
     for n, case in enumerate(("W2D", "W2DS")):
-        weld, line = read_csv(paper.results / case / "weld.csv"), paper.reference(f"{case}-melt-length.csv")
+        weld, line = paper.result(case).weld, paper.reference(f"{case}-melt-length.csv")
         left.plot(weld["time"], weld["average"] - CELSIUS, color=f"C{n}", label=case)
         left.plot(weld["time"], weld["theory"] - CELSIUS, "k--", linewidth=0.8)
         right.plot(weld["time"], 1e3 * weld["length"], color=f"C{n}", label=case)
@@ -108,13 +109,7 @@ def melt_length():
 
 def temperatures():
     """Fig. 8: the field at 15 s."""
-    points, T = paper.field("W2D", 15.0)
-    figure, axes = plt.subplots(figsize=(7, 3.8))
-    filled = axes.tricontourf(1e3 * points[:, 0], 1e3 * points[:, 1], T - CELSIUS, 20, cmap="inferno")
-    axes.tricontour(1e3 * points[:, 0], 1e3 * points[:, 1], T - CELSIUS, [1200], colors="w", linewidths=1)
-    figure.colorbar(filled, label="T [°C]")
-    axes.set(title="Fig. 8: W2D at 15 s, 1200 °C in white", xlabel="x [mm]", ylabel="y [mm]", aspect="equal")
-    paper.save(figure, "fig08.png")
+    paper.section("fig08.png", "Fig. 8: W2D at 15 s, 1200 °C in white", "W2D", 15.0, isotherm=1200)
 
 
 def lines():
@@ -125,38 +120,29 @@ def lines():
         x, T = paper.on_line("W2D", t, y=0.0)
         along.append((f"t = {t:g} s", 1e3 * x, T - CELSIUS, line["x"], line["T"]))
         line = paper.reference("W2D-across.csv", t=t)
-        points, T = paper.field("W2D", t)
-        keep = abs(points[:, 0] - 0.1) < 1e-9
-        across.append((f"t = {t:g} s", 1e3 * points[keep, 1], T[keep] - CELSIUS, line["y"], line["T"]))
+        fields = paper.result("W2D").fields(t)
+        keep = abs(fields.x[:, 0] - 0.1) < 1e-9
+        across.append((f"t = {t:g} s", 1e3 * fields.x[keep, 1], fields["temperature"][keep] - CELSIUS, line["y"], line["T"]))
     paper.curves("fig11-along.png", "Fig. 11: W2D along the weld", "x [mm]", "T [°C]", along)
     paper.curves("fig11-across.png", "Fig. 11: W2D across, x = 100 mm", "y [mm]", "T [°C]", across)
 
 
 def section():
     """Fig. 12: the section x = 50 mm at 7 s."""
-    points, T = paper.field("W3D", 7.0)
-    keep = abs(points[:, 0] - 0.05) < 1e-9
-    figure, axes = plt.subplots(figsize=(5, 3.8))
-    y, z, T = 1e3 * points[keep, 1], 1e3 * points[keep, 2], T[keep] - CELSIUS
-    filled = axes.tricontourf(y, z, T, 20, cmap="inferno")
-    axes.tricontour(y, z, T, [1200], colors="w", linewidths=1)
-    figure.colorbar(filled, label="T [°C]")
-    axes.invert_yaxis()
-    axes.set(title="Fig. 12: W3D at 7 s, x = 50 mm", xlabel="y [mm]", ylabel="depth [mm]", aspect="equal")
-    paper.save(figure, "fig12.png")
+    paper.section("fig12.png", "Fig. 12: W3D at 7 s, x = 50 mm, 1200 °C in white", "W3D", 7.0, plane=("x", 0.05), isotherm=1200, size=(6, 3.4))
 
 
 def histories():
     """Fig. 13: nine probes on a logarithmic time axis."""
-    probes, line = read_csv(paper.results / "W3D" / "probes.csv"), paper.reference("W3D-probes.csv")
+    probes, line = paper.result("W3D").probes, paper.reference("W3D-probes.csv")
     figure, axes = plt.subplots(figsize=(6, 4.2))
     for n, name in enumerate("ABCDEFGHI"):
-        axes.semilogx(line["t"], line[name], "-", color=f"C{n}", linewidth=1)
-        axes.semilogx(probes["time"][1:], probes[name][1:] - CELSIUS, "o", color=f"C{n}", markersize=2.5,
+        colour = f"C{n % 7}"
+        axes.semilogx(line["t"], line[name], "-", color=colour, linewidth=1)
+        axes.semilogx(probes["time"][1:], probes[name][1:] - CELSIUS, "o", color=colour, markersize=2.5,
                       markerfacecolor="none", label=name)
     axes.set(title="Fig. 13: W3D, lines by Green's functions", xlabel="t [s]", ylabel="T [°C]", xlim=(1, 20))
-    axes.legend(fontsize=8, ncol=3)
-    axes.grid(alpha=0.3)
+    put_legend(axes)
     paper.save(figure, "fig13.png")
 
 

@@ -4,14 +4,14 @@
   figures.py all --calor COMMAND [--only 3 7 ...]   runs the cases that the figures need, then draws them
   figures.py demo                                   table and pictures of the thermal shock in results/thermal-shock
 
-Pictures go to figures/ in the current folder, results to results/. Needs numpy and matplotlib.
+Pictures go to figures/ in the current folder, results to results/. Needs numpy, matplotlib and python3-vtk9.
 """
 import pathlib
 import sys
 
 HERE = pathlib.Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
-from plotting import Paper, np, plt, read_csv
+from plotting import Paper, colour_bar, draw_section, np, plt, put_legend
 
 paper = Paper(HERE, results="results", figures="figures")
 
@@ -55,37 +55,31 @@ def fig6():
 
 
 def fig7():
-    points, T = paper.field("fig7-fig8", 8.0)
-    figure, axes = plt.subplots(figsize=(5.4, 4.4))
-    filled = axes.tricontourf(100 * points[:, 0], 100 * points[:, 1], T, 20, cmap="inferno")
-    figure.colorbar(filled, label="T [K]")
-    axes.set(title="Fig. 7: cooling by convection, t = 8 s", xlabel="x [cm]", ylabel="y [cm]", aspect="equal")
-    paper.save(figure, "fig07.png")
+    paper.section("fig07.png", "Fig. 7: cooling by convection, t = 8 s", "fig7-fig8", 8.0, size=(5.8, 4.6))
 
 
 def fig8():
-    figure, axes = plt.subplots(figsize=(6, 4.2))
+    figure, axes = plt.subplots(figsize=(7, 4.2))
     for t in (0.5, 1.0, 4.0, 8.0):
         x, T = paper.on_line("fig7-fig8", t, y=0.05)
         line = paper.reference("fig7-fig8.csv", t=t, y=5.0)
         axes.plot(100 * x, T - np.interp(100 * x, line["x"], line["T"]), "o-", markersize=3, label=f"t = {t:g} s")
     axes.set(title="Fig. 8: error on the line y = 5 cm (temperatures up to 100 K)", xlabel="x [cm]", ylabel="error [K]")
-    axes.legend(fontsize=8)
-    axes.grid(alpha=0.3)
+    put_legend(axes)
     paper.save(figure, "fig08.png")
 
 
 def fig9():
     series = []
     for t in (1.0, 2.0, 3.0, 5.0):
-        points, T = paper.field("fig9/quarter", t)
+        fields = paper.result("fig9/quarter").fields(t)
         line = paper.reference("fig9.csv", t=t)
-        series.append((f"t = {t:g} s", np.hypot(points[:, 0], points[:, 1]), T, line["r"], line["T"]))
+        series.append((f"t = {t:g} s", np.hypot(fields.x[:, 0], fields.x[:, 1]), fields["temperature"], line["r"], line["T"]))
     paper.curves("fig09.png", "Fig. 9: flux on a curved wall, all points of a quarter disc", "r [m]", "T [K]", series)
 
 
 def fig11():
-    points, _ = paper.field("thermal-shock")
+    points = paper.result("thermal-shock").fields().x
     figure, axes = plt.subplots(figsize=(5, 5))
     bottom = points[:, 2] < 1e-9
     axes.plot(1e3 * points[bottom, 0], 1e3 * points[bottom, 1], ".", markersize=2, color="k")
@@ -97,26 +91,13 @@ def fig11():
 SHOCKS = {1023: "thermal-shock", 1073: "thermal-shock/1073", 1123: "thermal-shock/1123"}
 
 
-def axial_section(T0):
-    """r and z in mm of the points with y = 0, x >= 0, and T by level and ring."""
-    points, T = paper.field(SHOCKS[T0], 22.0)
-    half = (abs(points[:, 1]) < 1e-9) & (points[:, 0] > -1e-9)
-    order = np.lexsort((points[half, 0].round(9), points[half, 2].round(9)))
-    r, z = (1e3 * np.unique(points[half, axis].round(9)) for axis in (0, 2))
-    return r, z, T[half][order].reshape(len(z), len(r))
-
-
 def section(number, T0):
-    figure, axes = plt.subplots(figsize=(8, 2.6))
-    filled = axes.contourf(*axial_section(T0), 20, cmap="inferno")
-    figure.colorbar(filled, label="T [K]")
     title = f"Fig. {number}: axial section at t = 22 s, T0 = {T0} K (jet from above)"
-    axes.set(title=title, xlabel="r [mm]", ylabel="z [mm]", aspect=2)
-    paper.save(figure, f"fig{number}.png")
+    paper.section(f"fig{number}.png", title, SHOCKS[T0], 22.0, plane=("y", 0.0), size=(8, 2.2))
 
 
 def probes(number, T0):
-    calculated = read_csv(paper.results / SHOCKS[T0] / "probes.csv")
+    calculated = paper.result(SHOCKS[T0]).probes
     line = paper.reference(f"thermal-shock-{T0}.csv")
     time = calculated["time"]
     shown = np.isclose(time % 1, 0, atol=1e-9) | np.isclose(time % 1, 1, atol=1e-9)
@@ -130,23 +111,20 @@ def probes(number, T0):
 
 def thermal_shock():
     """The picture of the README: section and probes side by side."""
-    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3), width_ratios=(1.5, 1), layout="constrained")
-    r, z, T = axial_section(1023)
-    whole = np.concatenate([T[:, :0:-1], T], axis=1)
-    filled = left.contourf(np.concatenate([-r[:0:-1], r]), z, whole, 20, cmap="inferno")
-    figure.colorbar(filled, label="T [K]", ax=left)
-    left.set(title="axial section after 22 s, jet from above", xlabel="x [mm]", ylabel="z [mm]", aspect=3)
-    calculated = read_csv(paper.results / SHOCKS[1023] / "probes.csv")
+    result = paper.result("thermal-shock")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3), width_ratios=(1.5, 1))
+    filled = draw_section(left, result.fields(22.0), plane=("y", 0.0))
+    colour_bar(figure, filled, left, "T [K]")
+    left.set(title="axial section after 22 s, jet from above", aspect=3)
     line = paper.reference("thermal-shock-1023.csv")
-    time = calculated["time"]
+    time = result.probes["time"]
     shown = np.isclose(time % 1, 0, atol=1e-9) | np.isclose(time % 1, 1, atol=1e-9)
     for n, (label, name) in enumerate((("centre", "centre"), ("r = 14.5 mm", "edge"))):
         right.plot(line["t"], line[name], "-", color=f"C{n}", linewidth=1)
-        right.plot(time[shown], calculated[name][shown], "o", color=f"C{n}", markersize=3, fillstyle="none", label=label)
+        right.plot(time[shown], result.probes[name][shown], "o", color=f"C{n}", markersize=3, fillstyle="none", label=label)
     right.plot([], [], "k-", linewidth=1, label="reference")
     right.set(title="bottom of the disc", xlabel="t [s]", ylabel="T [K]")
-    right.legend(fontsize=8)
-    right.grid(alpha=0.3)
+    right.legend()
     paper.save(figure, "thermal-shock.png")
 
 
@@ -171,7 +149,7 @@ DRAWN = {
 
 
 def demo():
-    calculated = read_csv(paper.results / "thermal-shock" / "probes.csv")
+    calculated = paper.result("thermal-shock").probes
     line = paper.reference("thermal-shock-1023.csv")
     time = calculated["time"]
     print("\nTemperatures on the bottom of the disc, K; reference: axisymmetric finite volumes")

@@ -3,7 +3,7 @@
 
   figures.py all --calor COMMAND [--only 5 10 ...]   runs the cases that the figures need, then draws them
 
-Pictures go to figures/wang/ in the current folder, results to results/wang/. Needs numpy and matplotlib.
+Pictures go to figures/wang/ in the current folder, results to results/wang/. Needs numpy, matplotlib and python3-vtk9.
 """
 import pathlib
 import sys
@@ -41,12 +41,12 @@ def fig5():
 
 
 def fig10():
-    title, field = "Fig. 10: conductivity of the porous plate, M = 1", "conductivity [W/(m K)]"
+    title, field = "Fig. 10: conductivity of the porous plate, M = 1", "conductivity"
     property_of_plate("fig10.png", title, "k [W/(m K)]", porous("fig10"), field, "fig10-conductivity.csv", "k_A")
 
 
 def fig11():
-    title, field = "Fig. 11: heat capacity of the porous plate, M = 1", "volumetric heat capacity [J/(m^3 K)]"
+    title, field = "Fig. 11: heat capacity of the porous plate, M = 1", "volumetric heat capacity"
     label, file = "rho c [MJ/(m^3 K)]", "fig11-heat-capacity.csv"
     property_of_plate("fig11.png", title, label, porous("fig11"), field, file, "rho_c_A", scale=1e6)
 

@@ -1,40 +1,31 @@
 #!/usr/bin/python3
-"""Draws docs/img/crack.png: the temperature of cases/start/crack.toml beside the exact one, and the jump across the crack.
+"""Draws docs/img/crack.png: the temperature of cases/start/crack.toml, and the jump across the crack beside the exact one.
 
   calor run cases/start/crack.toml variant=80 -o results/crack/80 && docs/scripts/crack.py
 
-Needs numpy and matplotlib."""
+Needs numpy, matplotlib and python3-vtk9."""
 import pathlib
 import sys
 
-import matplotlib
-
-matplotlib.use("Agg")
-import matplotlib.pyplot as plt
-import numpy as np
-
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "cases"))
-from plotting import read_vtu  # noqa: E402
+from plotting import Paper, colour_bar, draw_section, np, plt, put_legend, theme  # noqa: E402
+from calor.plot import cracks_of  # noqa: E402
 
-fields = read_vtu(next(p for p in sorted(pathlib.Path("results/crack/80/fields").iterdir()) if p.suffix in (".vtu", ".pvtu")))
-x, y = fields["Points"][:, 0], fields["Points"][:, 1]
-T = fields["temperature [K]"]
-a = 0.5
-
-left, right = plt.subplots(1, 2, figsize=(10, 4.2))[1]
-for part in (y > 0, y < 0):  # apart, so that no contour crosses the crack
-    order = np.lexsort((x[part], y[part]))
-    shape = (-1, len(np.unique(np.round(x[part], 9))))
-    X, Y, Z = (v[part][order].reshape(shape) for v in (x, y, T))
-    left.contour(X, Y, Z, levels=np.linspace(-1, 1, 21), cmap="coolwarm")
-left.plot([-a, a], [0, 0], "k", linewidth=2)
-left.set(title="isotherms, 0.1 K apart", xlabel="x [m]", ylabel="y [m]", aspect="equal")
-
-beside = np.abs(y) < 1.5 / 79
-s = np.linspace(-1, 1, 1001)
-right.plot(s, np.sqrt(np.clip(a**2 - s**2, 0, None)), "k", s, -np.sqrt(np.clip(a**2 - s**2, 0, None)), "k", linewidth=1)
-right.plot(x[beside], T[beside], ".", color="tab:red", markersize=4)
-right.set(title="faces of the crack: exact (line), points beside (dots)", xlabel="x [m]", ylabel="T [K]")
-plt.tight_layout()
-plt.savefig(ROOT / "docs" / "img" / "crack.png", dpi=110)
+paper = Paper(ROOT / "cases" / "start", results="results/crack", figures=ROOT / "docs" / "img")
+result = paper.result("80")
+fields, a = result.fields(), 0.5
+with theme():
+    figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), width_ratios=(1, 1.1))
+    filled = draw_section(left, fields, cracks=cracks_of(result))
+    colour_bar(figure, filled, left, "T [K]")
+    left.set(title="a plate with a crack")
+    beside = abs(fields.x[:, 1]) < 1.5 / 79
+    s = np.linspace(-1, 1, 1001)
+    jump = np.sqrt(np.clip(a**2 - s**2, 0, None))
+    right.plot(s, jump, s, -jump, color="black", linewidth=1)
+    right.plot(fields.x[beside, 0], fields["temperature"][beside], ".", color="C1", markersize=4, label="points beside\nthe crack")
+    right.plot([], [], color="black", linewidth=1, label="exact, on\nits faces")
+    right.set(title="along the crack", xlabel="x [m]", ylabel="T [K]")
+    put_legend(right)
+    paper.save(figure, "crack.png")

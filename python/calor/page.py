@@ -63,18 +63,19 @@ def probes(result: Result) -> dict[str, Any] | None:
     """Temperatures at the probes with what was expected of them."""
     if not (result.folder / "probes.csv").exists() or len(result.probes["time"]) < 2:
         return None
-    rows, expected = thinned(result.probes), result.report["case"].get("expect", [])
+    table = result.shown(result.probes)
+    rows, expected = thinned(table), result.report["case"].get("expect", [])
     curves = [{"label": name, "colour": CURVES[n % len(CURVES)], "x": rows["time"], "y": rows[name]}
               for n, name in enumerate(name for name in rows if name != "time")]
     colours = {curve["label"]: curve["colour"] for curve in curves}
     references: dict[str, dict[float, float]] = {}
     for n, (table, *_) in result.comparisons.items():
         if expected[n].get("probe") in colours and expected[n]["quantity"] == "temperature":
-            references.setdefault(expected[n]["probe"], {}).update(zip(table["time"], table["reference"]))
+            references.setdefault(expected[n]["probe"], {}).update(zip(table["time"], result.shown(table)["reference"]))
     for name, points in references.items():
         times = np.array(sorted(points))
         curves.append({"label": f"{name}, expected", "colour": colours[name], "points": True, "x": times, "y": np.array([points[t] for t in times])})
-    return chart("Temperatures at the probes", "t [s]", "T [K]", curves)
+    return chart("Temperatures at the probes", "t [s]", f"T [{degrees(result)}]", curves)
 
 
 def comparisons(result: Result) -> list[dict[str, Any]]:
@@ -83,6 +84,7 @@ def comparisons(result: Result) -> list[dict[str, Any]]:
     for n, tables in result.comparisons.items():
         if "x" not in tables[0] or not is_straight(tables[0]):
             continue
+        tables = [result.shown(table) for table in tables]
         factor, unit = length_unit(np.column_stack([tables[0][axis] for axis in "xyz"]))
         axis = max("xyz", key=lambda name: np.ptp(tables[0][name]))
         column = next(name for name in tables[0] if name not in ("x", "y", "z", "reference"))
@@ -105,11 +107,15 @@ def rod(result: Result) -> dict[str, Any] | None:
         return None
     curves = []
     for n in np.unique(np.linspace(0, len(result.times) - 1, 6).round().astype(int)):
-        fields = result.fields(result.times[n])
+        fields = result.shown(result.fields(result.times[n]))
         factor, unit = length_unit(fields.x)
         order = np.argsort(fields.x[:, 0])
         curves.append({"label": f"{fields.t:.4g} s", "colour": CURVES[len(curves) % len(CURVES)], "x": factor * fields.x[order, 0], "y": fields["temperature"][order]})
-    return chart("Temperatures along the rod", f"x [{unit}]", "T [K]", curves)
+    return chart("Temperatures along the rod", f"x [{unit}]", f"T [{degrees(result)}]", curves)
+
+
+def degrees(result: Result) -> str:
+    return "°C" if result.uses_celsius else "K"
 
 
 def charts_of(result: Result) -> list[dict[str, Any]]:
@@ -146,7 +152,7 @@ def cloud_of(result: Result) -> dict[str, Any] | None:
     """What viewer.js shows; nothing without fields, or of a rod."""
     if result.dimension == 1 or not (result.folder / "fields.pvd").exists() or not len(result.times):
         return None
-    last = result.fields()
+    last = result.shown(result.fields())
     count = len(last.x)
     # Of many points every n-th by its id: lattices count along their lines, so that n must not divide these.
     step = max(1, int(np.ceil(count / MOST_POINTS)))
@@ -156,10 +162,10 @@ def cloud_of(result: Result) -> dict[str, Any] | None:
 
     temperatures, fluxes = [], []
     for t in times:  # the order of the points is that of all times
-        fields = result.fields(t)
+        fields = result.shown(result.fields(t))
         temperatures.append(fields["temperature"][kept])
         fluxes.append(np.linalg.norm(fields["heat flux"][kept], axis=1))
-    shown = [quantised("temperature", "K", temperatures), quantised("heat flux", "W/m^2", fluxes)]
+    shown = [quantised("temperature", last.units["temperature"], temperatures), quantised("heat flux", "W/m^2", fluxes)]
     for name in last:
         values = last[name]
         if name in ("temperature", "heat flux", "id", "volume") or values.ndim > 1:
@@ -235,10 +241,11 @@ def balance(result: Result) -> str:
         pairs = [(name, f"{energy[name][-1]:.6g} J") for name in energy if energy.units[name] == "J"]
         pairs.append(("imbalance, of the largest", f"{energy['imbalance'][-1]:.1e}"))
         text += "<div><h3>Heat since the start</h3>" + rows_of(pairs) + "</div>"
+    table = result.shown(result.balance)
     zones = [name.removeprefix("mean of ") for name in result.balance if name.startswith("mean of ")]
-    rows = "".join(f"<tr><th scope=\"row\">{escape(zone)}</th>" + "".join(f"<td class=\"number\">{result.balance[f'{what} of {zone}'][-1]:.6g}</td>"
+    rows = "".join(f"<tr><th scope=\"row\">{escape(zone)}</th>" + "".join(f"<td class=\"number\">{table[f'{what} of {zone}'][-1]:.6g}</td>"
                                                                   for what in ("mean", "minimum", "maximum")) + "</tr>" for zone in zones)
-    text += ("<div><h3>Temperatures at the end, K</h3><table><tr><th></th><th class=\"number\">mean</th><th class=\"number\">lowest</th>"
+    text += (f"<div><h3>Temperatures at the end, {degrees(result)}</h3><table><tr><th></th><th class=\"number\">mean</th><th class=\"number\">lowest</th>"
              f"<th class=\"number\">highest</th></tr>{rows}</table></div>")
     return f"<h2>Balance</h2><div class=\"columns\">{text}</div>"
 

@@ -50,7 +50,7 @@ def histories(axes: Axes, table: Table, names: Sequence[str], y_label: str) -> N
         axes.set(xlabel="t [s]", ylabel=y_label)
         return put_legend(axes)
     values = [table[name][-1] for name in names]
-    is_temperature = y_label.endswith("[K]")
+    is_temperature = y_label.startswith("T ")
     bars = axes.barh(range(len(names)), values, height=0.6, color=matplotlib.rcParams["axes.prop_cycle"].by_key()["color"][0])
     axes.bar_label(bars, [f"{value:.5g}" for value in values], padding=4, fontsize=8)
     axes.set_yticks(range(len(names)), names)
@@ -77,6 +77,7 @@ def references(axes: Axes, result: Result) -> None:
         entry = expected[n]
         if entry.get("probe") not in colours or entry["quantity"] != "temperature":
             continue
+        table = result.shown(table)
         axes.plot(table["time"], table["reference"], "o", color=colours[entry["probe"]], markersize=4.5, fillstyle="none",
                   label=None if is_named else "expected")
         is_named = True
@@ -165,6 +166,8 @@ def draw_section(axes: Axes, fields: Fields, name: str = "temperature", plane: t
         axes.plot(*(factor * ends.T), color="black", linewidth=1.6)
     axes.set(xlabel=f"{'xyz'[across[0]]} [{unit}]", ylabel=f"{'xyz'[across[1]]} [{unit}]", aspect="equal")
     axes.grid(False)
+    axes.use_sticky_edges = False  # the edge of the body is not that of the picture
+    axes.margins(0.01)
     return filled
 
 
@@ -180,7 +183,9 @@ def colour_bar(figure: Figure, filled: Any, axes: Axes, label: str) -> None:
 
 def probes(result: Result) -> Figure:
     figure, axes = plt.subplots(figsize=(8, 4))
-    histories(axes, result.probes, [name for name in result.probes if name != "time"], "T [K]")
+    table = result.shown(result.probes)
+    names = [name for name in table if name != "time"]
+    histories(axes, table, names, f"T [{table.units[names[0]]}]")
     references(axes, result)
     axes.set_title(f"{result.title}: temperatures at the probes")
     return figure
@@ -220,7 +225,7 @@ def lines(result: Result, name: str = "temperature") -> Figure:
     """Comparisons on lines: what was calculated over what was expected. Without any, of a rod the field over x at up to
     six times."""
     figure, axes = plt.subplots(figsize=(8, 4))
-    tables = [table for entry in result.comparisons.values() for table in entry if "x" in table and is_straight(table)]
+    tables = [result.shown(table) for entry in result.comparisons.values() for table in entry if "x" in table and is_straight(table)]
     colours = iter(matplotlib.rcParams["axes.prop_cycle"].by_key()["color"] * 100)
     if tables:
         factor, unit = length_unit(np.concatenate([np.column_stack([table[c] for c in "xyz"]) for table in tables]))
@@ -235,7 +240,7 @@ def lines(result: Result, name: str = "temperature") -> Figure:
         axes.set(xlabel=f"{axis} [{unit}]", ylabel=table.label(value))
     elif result.dimension == 1:
         for n in np.unique(np.linspace(0, len(result.times) - 1, 6).round().astype(int)):
-            fields = result.fields(result.times[n])
+            fields = result.shown(result.fields(result.times[n]))
             values, label = field(fields, name)
             factor, unit = length_unit(fields.x)
             order = np.argsort(fields.x[:, 0])
@@ -249,12 +254,11 @@ def lines(result: Result, name: str = "temperature") -> Figure:
 
 
 def isotherm_of(result: Result) -> float | None:
-    """That of [weld], K; nothing without one."""
-    sizes = result.report["case"].get("weld", {}).get("isotherm")
-    if sizes is None:
+    """That of [weld], in the degrees of the case; nothing without one."""
+    number, _, unit = result.report["case"].get("weld", {}).get("isotherm", "").partition(" ")
+    if unit not in ("degC", "K"):
         return None
-    number, _, unit = str(sizes).partition(" ")
-    return float(number) + (273.15 if unit == "degC" else 0) if unit in ("degC", "K") else None
+    return float(number) + (273.15 if unit == "degC" else 0) - (273.15 if result.uses_celsius else 0)
 
 
 def section_figure(fields: Fields, plane: tuple[str, float] | None) -> tuple[Figure, Axes]:
@@ -267,7 +271,7 @@ def section_figure(fields: Fields, plane: tuple[str, float] | None) -> tuple[Fig
 def section(result: Result, name: str = "temperature", t: float | None = None,
             plane: tuple[str, float] | None = None) -> Figure:
     """A field on a section, at a time (the end), with the isotherm of a weld; of a body of two dimensions all of it."""
-    fields = result.fields(t)
+    fields = result.shown(result.fields(t))
     figure, axes = section_figure(fields, plane)
     isotherm = isotherm_of(result) if name == "temperature" else None
     filled = draw_section(axes, fields, name, plane, isotherm=isotherm, cracks=cracks_of(result))
@@ -281,7 +285,7 @@ def section(result: Result, name: str = "temperature", t: float | None = None,
 def surface(result: Result, name: str = "temperature", t: float | None = None) -> Figure:
     """A field on the surface of a body of three dimensions."""
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
-    fields = result.surface(t)
+    fields = result.shown(result.surface(t))
     if fields.dimension != 3:
         raise CalorError("only bodies of three dimensions have a surface to look at: ask for the section")
     factor, unit = length_unit(fields.x)
@@ -345,10 +349,10 @@ def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", pl
     from matplotlib.animation import FuncAnimation
     if len(result.times) < 2:
         raise CalorError("a film needs several times: give [output] every, or times")
-    ranges = [in_section(result.fields(t), name, plane) for t in result.times]
+    ranges = [in_section(result.shown(result.fields(t)), name, plane) for t in result.times]
     limits = (min(values.min() for values in ranges), max(values.max() for values in ranges))
     with theme(dark):
-        first = result.fields(result.times[0])
+        first = result.shown(result.fields(result.times[0]))
         figure, axes = section_figure(first, plane)
         colours = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits))
         colour_bar(figure, colours, axes, first.label(name))
@@ -356,7 +360,7 @@ def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", pl
 
         def show(n: int) -> None:
             axes.clear()
-            draw_section(axes, result.fields(result.times[n]), name, plane, isotherm=isotherm, limits=limits, cracks=cracks_of(result))
+            draw_section(axes, result.shown(result.fields(result.times[n])), name, plane, isotherm=isotherm, limits=limits, cracks=cracks_of(result))
             axes.set_title(f"{result.title}: t = {result.times[n]:.4g} s")
 
         film = FuncAnimation(figure, show, frames=len(result.times))

@@ -1,6 +1,7 @@
 """Results: the folder that a run has written, as numpy arrays, VTK data sets, pictures and pages."""
 from __future__ import annotations
 
+import copy
 import csv
 import functools
 import json
@@ -10,7 +11,7 @@ import re
 import xml.etree.ElementTree as xml
 from collections.abc import Iterator, Mapping
 from html import escape
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -61,6 +62,13 @@ class Table(Mapping[str, np.ndarray]):
         """With its unit, for an axis."""
         return f"{name} [{self.units[name]}]" if self.units.get(name) else name
 
+    def in_celsius(self: TableLike) -> TableLike:
+        """The same with all temperatures in degrees Celsius."""
+        table = copy.copy(self)
+        table._columns = {name: values - 273.15 if self.units[name] == "K" else values for name, values in self.items()}
+        table.units = {name: "°C" if unit == "K" else unit for name, unit in self.units.items()}
+        return table
+
     def to_pandas(self) -> pandas.DataFrame:
         """A data frame with the units in its headings; the times are the index. Arrays of vectors become columns x, y, z."""
         import pandas
@@ -84,6 +92,9 @@ class Table(Mapping[str, np.ndarray]):
         head = "".join(f"<th>{escape(self.label(name))}</th>" for name in plain)
         body = "".join("<tr>" + "".join(f"<td>{self[name][n]:.6g}</td>" for name in plain) + "</tr>" for n in shown)
         return f"<table><tr>{head}</tr>{body}</table><p>{rows} rows</p>"
+
+
+TableLike = TypeVar("TableLike", bound=Table)
 
 
 class Fields(Table):
@@ -189,6 +200,15 @@ class Result:
             number, _, time = path.stem.removeprefix("expect-").partition("-")
             found.setdefault(int(number) - 1, []).append((float(time or 0), Table.read(path)))
         return {n: [table for _, table in sorted(tables, key=lambda entry: entry[0])] for n, tables in sorted(found.items())}
+
+    @functools.cached_property
+    def uses_celsius(self) -> bool:
+        """Is the case written in degC?"""
+        return "degC" in json.dumps(self.report["case"])
+
+    def shown(self, table: TableLike) -> TableLike:
+        """A table or fields of this result in the degrees of its case, K or degrees Celsius, for pictures."""
+        return table.in_celsius() if self.uses_celsius else table
 
     # Fields ----------------------------------------------------------------------------------------------------------
 

