@@ -157,9 +157,7 @@ def draw_section(axes: Axes, fields: Fields, name: str = "temperature", plane: t
     low, high = limits or (values.min(), values.max())
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5, high + 0.5
-    filled = axes.tricontourf(mesh, np.clip(values, low, high), levels=np.linspace(low, high, 41))
-    for part in getattr(filled, "collections", [filled]):  # no white seams; matplotlib 3.8 made one of them
-        part.set_edgecolor("face")
+    filled = axes.tricontourf(mesh, np.clip(values, low, high), levels=np.linspace(low, high, 41), antialiased=False)
     if isotherm is not None and values.min() < isotherm < values.max():
         axes.tricontour(mesh, values, levels=[isotherm], colors="white", linewidths=1.4)
     for ends in np.asarray(cracks):
