@@ -1,12 +1,16 @@
 #include "app/doc.hpp"
 
+#include <fmt/color.h>
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
+#include <sstream>
 #include <vector>
 
 #include "base/error.hpp"
+#include "base/fold.hpp"
 #include "case/case.hpp"
 
 namespace calor {
@@ -14,8 +18,8 @@ namespace {
 
 constexpr const char* introduction = R"md(# The case file
 
-A case is one file in [TOML](https://toml.io). Every key is listed below; `calor doc KEY` shows one of them, or one
-section. A key that calor does not know is an error, and so is a value of a wrong kind.
+A case is one file in [TOML](https://toml.io). Every key is listed below; `calor doc WORD` shows on a terminal
+a section, a key, a chapter, or what speaks of a word: `calor doc cloud`, `calor doc cloud.rings`, `calor doc radiation`, `calor doc units`. A key that calor does not know is an error, and so is a value of a wrong kind.
 
 ## Units
 
@@ -73,10 +77,15 @@ of changes a name: `calor run CASE.toml variant=NAME`; `calor verify` runs the c
 
 std::string code(const std::string& text) { return "`" + text + "`"; }
 
+/// NAME for the names that a user gives.
+std::string with_name(std::string path) {
+  for (auto star = path.find('*'); star != path.npos; star = path.find('*')) path.replace(star, 1, "NAME");
+  return path;
+}
+
 /// "[material.NAME]", "[[expect]]" or "top of the file".
 std::string title(const Section& section) {
-  std::string path = section.path;
-  for (auto star = path.find('*'); star != path.npos; star = path.find('*')) path.replace(star, 1, "NAME");
+  std::string path = with_name(section.path);
   for (auto list = path.find("[]."); list != path.npos; list = path.find("[].")) path.erase(list, 2);
   const bool is_list = path.ends_with("[]");
   if (is_list) path.resize(path.size() - 2);
@@ -167,41 +176,179 @@ bool fits(const std::string& path, const std::string& wanted, bool whole) {
   }
 }
 
-}  // namespace
-
-std::string manual(const Schema& schema, const std::string& key) {
-  std::string out = key.empty() ? introduction : "";
-  // Sections of one path belong together, in the order in which the paths come first.
+/// Sections of one path belong together, in the order in which the paths come first.
+std::vector<const Section*> in_order(const Schema& schema) {
   std::vector<const Section*> sections;
   for (const Section& first : schema.sections())
     for (const Section& section : schema.sections())
       if (section.path == first.path && !std::ranges::count(sections, &section)) sections.push_back(&section);
+  return sections;
+}
 
-  std::vector<std::string> known;
-  for (const Section* section : sections) {
-    const std::string path = plain(section->path);
-    if (!path.empty()) known.push_back(path);
-    if (key.empty() || (!path.empty() && fits(path, key, false))) {
-      out += describe(*section, section->keys);
-      continue;
-    }
-    std::vector<Key> some;
-    for (const Key& k : section->keys) {
-      const std::string full = path.empty() ? k.name : path + "." + k.name;
-      known.push_back(full);
-      if (fits(full, key, true) && k.kind != Kind::table) some.push_back(k);
-    }
-    if (!some.empty()) out += describe(*section, some);
+std::string full_name(const Section& section, const Key& key) {
+  const std::string path = plain(section.path);
+  return path.empty() ? key.name : path + "." + key.name;
+}
+
+std::string last_name(const std::string& path) { return path.substr(path.rfind('.') + 1); }
+
+std::string lower(std::string text) {
+  std::ranges::transform(text, text.begin(), [](unsigned char c) { return std::tolower(c); });
+  return text;
+}
+
+/// A chapter of the manual that is no list of keys.
+struct Chapter {
+  std::string title, text;
+};
+
+std::vector<Chapter> chapters() {
+  std::vector<Chapter> all;
+  const std::string text = introduction;
+  for (auto at = text.find("\n## "); at != text.npos;) {
+    const auto begin = text.find('\n', at + 1), end = text.find("\n## ", begin);
+    if (const std::string title = text.substr(at + 4, begin - at - 4); end != text.npos)
+      all.push_back({title, text.substr(begin, end - begin)});
+    at = end;
   }
-  if (out.empty()) {
-    std::string near = nearest(key, known);
-    for (const std::string& path : known)  // the last name alone: radius instead of cloud.radius
-      if (near.empty() && path.ends_with("." + key)) near = path;
-    throw Error(Fault::command, fmt::format("'{}' is neither a section nor a key", key),
-                near.empty() ? "calor doc lists all of them" : fmt::format("did you mean '{}'?", near));
+  return all;
+}
+
+// On a terminal ------------------------------------------------------------------------------------------------------
+
+std::string without_backticks(std::string text) {
+  std::erase(text, '`');
+  return text;
+}
+
+class Page {
+ public:
+  explicit Page(bool in_colour) : in_colour_(in_colour) {}
+
+  void heading(const std::string& text) {
+    if (!out_.empty()) out_ += '\n';
+    out_ += (in_colour_ ? fmt::format(fmt::emphasis::bold, "{}", text) : text) + "\n";
   }
-  if (out.front() == '\n') out.erase(0, 1);
+  void blank() { out_ += '\n'; }
+  void paragraph(const std::string& text, std::size_t indent = 0) {
+    for (const std::string& line : folded(without_backticks(text), std::string(indent, ' '), indent))
+      out_ += line + "\n";
+  }
+  /// A name, what goes with it, and below it a sentence.
+  void entry(const std::string& name, const std::string& what, const std::string& sentence) {
+    std::vector<std::string> lines = folded(without_backticks(what), "  " + name + (what.empty() ? "" : "  "), 6);
+    if (in_colour_) lines[0].replace(2, name.size(), fmt::format(fmt::fg(fmt::terminal_color::cyan), "{}", name));
+    for (const std::string& line : lines) out_ += line + "\n";
+    paragraph(sentence, 6);
+  }
+  const std::string& text() const { return out_; }
+
+ private:
+  bool in_colour_;
+  std::string out_;
+};
+
+void show(Page& page, const Section& section, const std::vector<Key>& keys) {
+  page.heading(without_backticks(title(section)));
+  page.paragraph(section.sentence);
+  for (const Key& key : keys) {
+    const std::string otherwise = fallback(key);
+    page.entry(key.name == "*" ? "any name" : key.name,
+               kind(key) + (otherwise.empty()         ? ""
+                            : otherwise == "required" ? "; required"
+                                                      : "; default " + otherwise),
+               key.sentence);
+  }
+}
+
+/// Markdown as the chapters have it: paragraphs, and tables of two columns.
+void show(Page& page, const Chapter& chapter) {
+  page.heading(chapter.title);
+  std::istringstream lines(chapter.text);
+  std::string paragraph;
+  bool is_first = true;
+  const auto end_paragraph = [&] {
+    if (paragraph.empty()) return;
+    if (!is_first) page.blank();
+    page.paragraph(paragraph);
+    paragraph.clear();
+    is_first = false;
+  };
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("|--") || line.starts_with("| form")) continue;
+    if (const auto bar = line.find(" | "); line.starts_with("| ") && bar != line.npos) {
+      end_paragraph();
+      page.entry(line.substr(2, bar - 2), "", line.substr(bar + 3, line.size() - bar - 5));
+    } else if (line.empty()) {
+      end_paragraph();
+    } else {
+      paragraph += line + " ";
+    }
+  }
+  end_paragraph();
+}
+
+[[noreturn]] void refuse_word(const std::string& word, const std::vector<std::string>& known) {
+  std::string near = nearest(word, known);
+  std::vector<std::string> last_names;
+  for (const std::string& path : known) last_names.push_back(last_name(path));
+  if (near.empty()) near = nearest(word, last_names);
+  throw Error(Fault::command, fmt::format("'{}' is nowhere in the manual", word),
+              near.empty() ? "calor doc shows all of it" : fmt::format("did you mean '{}'?", near));
+}
+
+}  // namespace
+
+std::string manual(const Schema& schema) {
+  std::string out = introduction;
+  for (const Section* section : in_order(schema)) out += describe(*section, section->keys);
   return out;
+}
+
+std::string manual_on(const Schema& schema, const std::string& word, bool in_colour) {
+  const std::vector<const Section*> sections = in_order(schema);
+  const std::string wanted = lower(word);
+  Page page(in_colour);
+  std::vector<std::string> known;
+  // What has this path, or else what has this name anywhere.
+  const auto show_where = [&](const auto& is_section, const auto& is_key) {
+    for (const Section* section : sections) {
+      const std::string path = plain(section->path);
+      if (!path.empty() && is_section(path)) {
+        show(page, *section, section->keys);
+        continue;
+      }
+      std::vector<Key> some;
+      for (const Key& key : section->keys)
+        if (key.kind != Kind::table && is_key(full_name(*section, key))) some.push_back(key);
+      if (!some.empty()) show(page, *section, some);
+    }
+  };
+  show_where([&](const std::string& path) { return fits(path, word, false); },
+             [&](const std::string& path) { return fits(path, word, true); });
+  if (page.text().empty())
+    show_where([&](const std::string& path) { return last_name(path) == wanted; },
+               [&](const std::string& path) { return last_name(path) == wanted; });
+  for (const Chapter& chapter : chapters()) {
+    known.push_back(lower(chapter.title));
+    if (page.text().empty() && lower(chapter.title).find(wanted) != std::string::npos) show(page, chapter);
+  }
+  if (!page.text().empty()) return page.text();
+
+  for (const Section* section : sections) {
+    if (const std::string path = plain(section->path); !path.empty()) known.push_back(path);
+    for (const Key& key : section->keys) known.push_back(full_name(*section, key));
+  }
+  if (wanted.size() > 2)
+    for (const Section* section : sections)
+      for (const Key& key : section->keys)
+        if (const std::string about = lower(full_name(*section, key) + " " + kind(key) + " " + key.sentence);
+            about.find(wanted) != about.npos) {
+          if (page.text().empty()) page.heading(fmt::format("Keys that speak of \"{}\"", word));
+          page.entry(with_name(full_name(*section, key)), "", key.sentence);
+        }
+  if (page.text().empty()) refuse_word(word, known);
+  return page.text();
 }
 
 }  // namespace calor

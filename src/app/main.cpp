@@ -24,11 +24,24 @@ namespace {
 using namespace calor;
 
 struct CommandLine {
-  std::string case_file, folder, json, name, key;
+  std::string case_file, folder, json, name, from, key;
   std::vector<std::string> overrides, paths;
   int ranks = 1;
   bool quiet = false;
 };
+
+int show_help(CLI::App& app, const std::string& verb) {
+  if (verb.empty()) {  // help() of an app is that of the verb it was called with
+    fmt::print("{}", app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
+    return 0;
+  }
+  for (const CLI::App* known : app.get_subcommands({}))
+    if (known->get_name() == verb) {
+      fmt::print("{}", known->help("calor"));
+      return 0;
+    }
+  throw Error(Fault::command, fmt::format("there is no verb '{}'", verb), "calor help lists them");
+}
 
 int run_verb(const CommandLine& a, MPI_Comm comm) {
   const Case c = Case::read(a.case_file, schema(), a.overrides);
@@ -41,7 +54,7 @@ int run_verb(const CommandLine& a, MPI_Comm comm) {
     for (const Verdict& v : result.verdicts)
       if (!a.quiet || !v.passed) fmt::print("{}\n", line(v, unit, stdout_takes_colour()));
     if (!a.quiet) fmt::print("results      {}\n", folder);
-    if (!a.quiet && c.section("output").flag("fields")) fmt::print("next         paraview {}/fields.pvd\n", folder);
+    if (!a.quiet) fmt::print("next         calor report {}\n", folder);
   }
   if (result.interrupted_by) return 128 + result.interrupted_by;
   return result.passed() ? 0 : 1;
@@ -107,10 +120,15 @@ int main(int argc, char** argv) {
   CLI::App* verify = app.add_subcommand("verify", "run cases and compare with what they expect");
   verify->add_option("CASE|FOLDER", a.paths, "default: cases");
   verify->add_option("--json", a.json, "file for the results as a list");
-  CLI::App* fresh = app.add_subcommand("new", "write a commented starter case");
-  fresh->add_option("NAME", a.name)->required();
+  CLI::App* fresh = app.add_subcommand("new", "write a commented case to start from");
+  fresh->add_option("NAME", a.name, "of the file; without one the starters are listed: plate, rod, disc, ...");
+  fresh->add_option("--from", a.from, "an example to copy, with the files that it names");
+  CLI::App* list = app.add_subcommand("examples", "list the cases that come with calor");
+  list->add_option("WORD", a.key, "only those that speak of it");
   CLI::App* doc = app.add_subcommand("doc", "the manual of case files");
-  doc->add_option("KEY", a.key, "a section or a key, e.g. cloud or cloud.radius");
+  doc->add_option("WORD", a.key, "a section, a key or whatever it is about: cloud, cloud.rings, radiation, units");
+  CLI::App* help = app.add_subcommand("help", "what calor can do, or one verb");
+  help->add_option("VERB", a.name);
 
   CLI::App* plot = app.add_subcommand("plot", "draw pictures of a result");
   CLI::App* report = app.add_subcommand("report", "write one page about a result, for a browser");
@@ -127,10 +145,13 @@ int main(int argc, char** argv) {
 
   if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
   try {
+    if (*help && (a.name == "plot" || a.name == "report")) become_python({a.name, "--help"});
+    if (*help) return show_help(app, a.name);
+    if (*fresh) return new_case(a.name, a.from);
+    if (*list) return list_examples(a.key);
     if (*plot || *report) become_python({argv + 1, argv + argc});
-    if (*fresh) return new_case(a.name);
     if (*doc) {
-      fmt::print("{}", manual(schema(), a.key));
+      fmt::print("{}", a.key.empty() ? manual(schema()) : manual_on(schema(), a.key, stdout_takes_colour()));
       return 0;
     }
     if (a.ranks > 1) {

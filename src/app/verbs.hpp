@@ -16,8 +16,11 @@ int check_case(const Case& c, MPI_Comm comm);
 /// a line each, then 'N passed, M failed'. `json`: file for the list of results, or empty. Collective.
 int verify(const std::vector<std::string>& paths, const std::string& json, MPI_Comm comm);
 
-/// Writes a commented starter case to NAME.toml. Never overwrites.
-int new_case(const std::string& name);
+/// Writes NAME.toml, a copy of an example with the files that it names: of `from`, or of the starter of that name, or
+/// of the plate. Never overwrites. Without a name it lists the starters. Throws Error.
+int new_case(const std::string& name, const std::string& from);
+/// Lists the cases that come with calor, a sentence each: all, or those with a word. Throws Error.
+int list_examples(const std::string& word);
 
 /// Becomes the Python package, which draws pictures and writes pages: words such as plot RESULT. It is found in the
 /// share folder beside the command, or in the source tree of a build. Throws Error(command) where it or Python is

@@ -33,12 +33,12 @@ std::vector<std::string> case_files(const std::vector<std::string>& paths) {
 }
 
 /// One line of the table: verdict, case, what was compared.
-void print(const std::string& name, const Verdict& v) {
+void print(const std::string& name, const Verdict& v, const TemperatureUnit& unit) {
   if (v.passed)
     fmt::print("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", status(v, stdout_takes_colour()), name, v.what, v.norm,
                v.error, v.tolerance, v.unit);
   else
-    fmt::print("{}  {:<34} {}\n", status(v, stdout_takes_colour()), name, v.norm == "run" ? v.what : sentence(v));
+    fmt::print("{}  {:<34} {}\n", status(v, stdout_takes_colour()), name, v.norm == "run" ? v.what : sentence(v, unit));
   std::fflush(stdout);
 }
 
@@ -48,10 +48,10 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
   const bool speaks = rank_of(comm) == 0;
   int passed = 0, failed = 0;
   std::string entries;
-  const auto book = [&](const std::string& name, const Verdict& v) {
+  const auto book = [&](const std::string& name, const Verdict& v, const TemperatureUnit& unit = {}) {
     (v.passed ? passed : failed) += 1;
     if (!speaks) return;
-    print(name, v);
+    print(name, v, unit);
     const std::string what = v.what + (v.source.empty() ? "" : fmt::format(" ({})", v.source));
     entries += fmt::format(
         R"({}  {{"case": {}, "what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}}})",
@@ -69,7 +69,8 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
         if (n == 0)
           for (const std::string& variant : c.variants()) runs.push_back({"variant=" + variant});
         if (c.root().list("expect").empty()) continue;
-        for (const Verdict& v : run(c, comm, {.folder = "", .quiet = true}).verdicts) book(name, v);
+        for (const Verdict& v : run(c, comm, {.folder = "", .quiet = true}).verdicts)
+          book(name, v, TemperatureUnit::of(c));
       } catch (const Error& e) {
         book(name, {.what = e.what(), .norm = "run", .unit = "", .error = NAN, .tolerance = 0, .passed = false});
       }

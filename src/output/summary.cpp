@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <sstream>
 
+#include "base/fold.hpp"
 #include "output/report.hpp"
 
 namespace calor {
@@ -24,7 +24,9 @@ std::string quantity(double value, const Verdict& v, const TemperatureUnit& unit
   return fmt::format("{:.6g}{}{}", value, v.value_unit.empty() ? "" : " ", v.value_unit);
 }
 
-std::string place_text(const std::vector<double>& x) { return fmt::format("({:.4g}) m", fmt::join(x, ", ")); }
+std::string place_text(const std::vector<double>& x) {
+  return x.size() == 1 ? fmt::format("x = {:.4g} m", x[0]) : fmt::format("({:.4g}) m", fmt::join(x, ", "));
+}
 
 /// "28.8 kJ": with the prefix that leaves one to three digits before the point.
 std::string with_prefix(double value, const char* unit) {
@@ -35,19 +37,10 @@ std::string with_prefix(double value, const char* unit) {
   return fmt::format("{:.4g} {}{}", value / std::pow(1000., power), prefixes[none + power], unit);
 }
 
-/// "label        text", folded between words; further lines are indented below the text.
+/// "label        text"; further lines are indented below the text.
 void add_folded(std::vector<std::string>& lines, const std::string& label, const std::string& text) {
-  constexpr std::size_t indent = 13, width = 80;
-  std::istringstream words(text);
-  std::string line = fmt::format("{:<{}}", label, indent);
-  for (std::string word; words >> word;) {
-    if (line.size() > indent && line.size() + 1 + word.size() > width) {
-      lines.push_back(line);
-      line = std::string(indent, ' ');
-    }
-    line += (line.size() > indent ? " " : "") + word;
-  }
-  lines.push_back(line);
+  constexpr std::size_t indent = 13;
+  std::ranges::move(folded(text, fmt::format("{:<{}}", label, indent), indent), std::back_inserter(lines));
 }
 
 double number(const RunResult& result, const std::string& name) {

@@ -28,7 +28,7 @@ class Embedding(unittest.TestCase):
         return done
 
     def test_a_program_that_embeds_the_library_steps_to_the_exact_temperatures(self):
-        case = self.prefix / "share/calor/cases/start/first.toml"
+        case = self.prefix / "share/calor/cases/start/plate.toml"
         lines = self.do(self.program, case, "7200", "4").stdout.splitlines()
         self.assertEqual([line.split()[0] for line in lines], ["1800", "3600", "5400", "7200"])
         # Steady: 20 kW/m^2 over 200 W/(m^2 K) above air of 20 degC, and over 20 mm / (40 W/(m K)) above that.
@@ -38,7 +38,7 @@ class Embedding(unittest.TestCase):
 
     def test_an_error_is_an_exception_and_nothing_is_printed_besides(self):
         case = self.prefix / "wrong.toml"
-        case.write_text((self.prefix / "share/calor/cases/start/first.toml").read_text().replace("flux", "fluks"))
+        case.write_text((self.prefix / "share/calor/cases/start/plate.toml").read_text().replace("flux", "fluks"))
         done = self.do(self.program, case, "1", "1", code=3)
         self.assertEqual((done.stdout, done.stderr.count("\n")), ("", 1))
         self.assertIn(f"{case}:25:1: 'fluks' is not a key of [boundary.heater]", done.stderr)
@@ -47,7 +47,7 @@ class Embedding(unittest.TestCase):
         version = self.do(self.prefix / "bin/calor", "--version").stdout.strip()
         page = (self.prefix / "share/man/man1/calor.1").read_text()
         self.assertIn(f'"{version}"', page)
-        for verb in ("run", "check", "verify", "new", "doc"):
+        for verb in ("run", "check", "verify", "new", "examples", "doc", "help"):
             self.assertIn(f".B {verb}\n", page)
 
 

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <sstream>
+
 #include "base/error.hpp"
 #include "case/case.hpp"
 
@@ -49,35 +51,47 @@ TEST(Manual, KeepsSectionsOfOnePathTogether) {
   EXPECT_LT(all.find("A disc."), all.find("A material."));
 }
 
-TEST(Manual, ShowsOneSection) {
-  EXPECT_EQ(manual(keys(), "material"), manual(keys(), "material.steel"));
-  const std::string cloud = manual(keys(), "cloud");
-  EXPECT_TRUE(cloud.starts_with("### `[cloud]`\n"));
+std::string on(const std::string& word) { return manual_on(keys(), word, false); }
+
+TEST(ManualOnATerminal, ShowsOneSection) {
+  EXPECT_EQ(on("material"), on("material.steel"));
+  const std::string cloud = on("cloud");
+  EXPECT_TRUE(cloud.starts_with("[cloud]\nThe points.\n"));
   EXPECT_NE(cloud.find("radius"), cloud.npos);
   EXPECT_EQ(cloud.find("density"), cloud.npos);
-  EXPECT_NE(manual(keys(), "expect").find("filter"), std::string::npos);
+  EXPECT_NE(on("expect").find("filter"), std::string::npos);
 }
 
-TEST(Manual, ShowsOneKey) {
-  EXPECT_EQ(manual(keys(), "cloud.radius"),
-            "### `[cloud]` with `shape = \"disc\"`\n\nA disc.\n\n| key | kind | default | |\n|---|---|---|---|\n"
-            "| `radius` | quantity, m | required | Of the disc. |\n");
-  EXPECT_NE(manual(keys(), "material.steel.density").find("Mass per volume."), std::string::npos);
-  EXPECT_NE(manual(keys(), "expect.at").find("When."), std::string::npos);
+TEST(ManualOnATerminal, ShowsOneKeyByItsPathOrItsName) {
+  const std::string radius =
+      "[cloud] with shape = \"disc\"\nA disc.\n  radius  quantity, m; required\n      Of the disc.\n";
+  EXPECT_EQ(on("cloud.radius"), radius);
+  EXPECT_EQ(on("radius"), radius);
+  EXPECT_EQ(on("thickness"), "[cloud]\nThe points.\n  thickness  quantity, m; default 1 m\n      In two dimensions.\n");
+  EXPECT_NE(on("material.steel.density").find("Mass per volume."), std::string::npos);
+  EXPECT_NE(on("expect.at").find("When."), std::string::npos);
 }
 
-TEST(Manual, OffersTheNearestKeyForAnUnknownOne) {
-  const auto problem = [](const std::string& key) -> std::string {
+TEST(ManualOnATerminal, FindsChaptersAndWhatSpeaksOfAWord) {
+  EXPECT_TRUE(on("units").starts_with("Units\nA quantity is a number with its unit in quotes: \"15 mm\","));
+  EXPECT_NE(on("functions").find("\n  a power law\n      { power = 2,"), std::string::npos);
+  EXPECT_EQ(on("Mass"), "Keys that speak of \"Mass\"\n  material.NAME.density\n      Mass per volume.\n");
+  std::istringstream lines(on("functions") + on("units"));
+  for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 80u) << line;
+}
+
+TEST(ManualOnATerminal, OffersTheNearestWordForAnUnknownOne) {
+  const auto problem = [](const std::string& word) -> std::string {
     try {
-      return manual(keys(), key);
+      return on(word);
     } catch (const Error& e) {
       EXPECT_EQ(e.fault(), Fault::command);
       return e.what();
     }
   };
-  EXPECT_EQ(problem("cloud.raduis"), "'cloud.raduis' is neither a section nor a key: did you mean 'cloud.radius'?");
-  EXPECT_EQ(problem("radius"), "'radius' is neither a section nor a key: did you mean 'cloud.radius'?");
-  EXPECT_EQ(problem("weather"), "'weather' is neither a section nor a key: calor doc lists all of them");
+  EXPECT_EQ(problem("cloud.raduis"), "'cloud.raduis' is nowhere in the manual: did you mean 'cloud.radius'?");
+  EXPECT_EQ(problem("raduis"), "'raduis' is nowhere in the manual: did you mean 'radius'?");
+  EXPECT_EQ(problem("weather"), "'weather' is nowhere in the manual: calor doc shows all of it");
 }
 
 }  // namespace
