@@ -14,16 +14,14 @@
 namespace calor {
 namespace {
 
-/// Beside the command as it is installed, PREFIX/bin and PREFIX/share; or the cases of the sources that it was built
-/// from.
+/// Beside the command as it is installed, or in the source tree of its build.
 std::filesystem::path cases_folder() {
-  std::error_code error;
-  const std::filesystem::path command = std::filesystem::read_symlink("/proc/self/exe", error),
-                              installed = command.parent_path().parent_path() / "share/calor/cases";
-  for (const std::filesystem::path& folder : {installed, std::filesystem::path(CALOR_SOURCE_CASES)})
-    if (std::filesystem::is_directory(folder, error)) return folder;
-  throw Error(Fault::file, {installed.string()}, "the cases that come with calor are missing",
-              "install calor with cmake --install");
+  namespace fs = std::filesystem;
+  const fs::path command = fs::read_symlink("/proc/self/exe").parent_path();
+  for (const fs::path& place : {command / "../share/calor/cases", command / "../../cases"})
+    if (std::error_code none; fs::is_directory(place, none)) return fs::canonical(place);
+  throw Error(Fault::command, "the cases that come with calor are not beside the command",
+              "install calor as a whole (cmake --install), or run the command of a build in its source tree");
 }
 
 /// The comment at the head of a case as one line.

@@ -12,7 +12,7 @@ struct Example {
   std::string sentence;  ///< the first one of the comment that it begins with, or its title
 };
 
-/// All of them by name. Throws Error(file) where their folder is missing.
+/// All of them by name. Throws Error(command) where their folder is missing.
 std::vector<Example> examples();
 
 /// By name, "start/weld", or by its last part where that is one case's alone, "weld"; one of cases/start goes first.

@@ -86,7 +86,7 @@ class Contract(unittest.TestCase):
         self.assertEqual(done.stderr, "")
         self.assertNotIn("\r", done.stdout)
         self.assertEqual(done.stdout.splitlines()[-2:], ["results      results/plate",
-                                                         "next         paraview results/plate/fields.pvd"])
+                                                         "next         calor report results/plate"])
         result = self.here / "results" / "plate"
         self.assertEqual((result / "probes.csv").read_text().splitlines()[0], "time [s],hot [K],cold [K]")
         self.assertEqual((result / "energy.csv").read_text().splitlines()[0],
