@@ -74,6 +74,7 @@ class SteadyState {
                   row_sums_ = row_sums(J, system_.cloud().owned);
                   for (int i : system_.prescribed()) row_sums_[i] *= rate_;
                   scale(T, J);
+                  hold_insulated(J);
                 },
             .tolerance = [this](auto T, auto tolerance, auto round_off) { judge(T, tolerance, round_off); },
             .correct_step = by_theta_
@@ -141,6 +142,18 @@ class SteadyState {
       petsc::copy(k, columns);
     }
     petsc::check(MatDiagonalScale(J, rows, by_theta_ ? static_cast<Vec>(columns) : nullptr));
+  }
+
+  /// Nothing flows to or from points within an insulator: their temperatures stay as they are.
+  void hold_insulated(Mat J) const {
+    const double largest = max(system_.cloud().comm, row_sums_.empty() ? 0 : std::ranges::max(row_sums_));
+    PetscInt first = 0;
+    petsc::check(MatGetOwnershipRange(J, &first, nullptr));
+    for (std::size_t i = 0; i < row_sums_.size(); ++i) {
+      const PetscInt row = first + static_cast<PetscInt>(i);
+      if (row_sums_[i] == 0) petsc::check(MatSetValue(J, row, row, largest, INSERT_VALUES));
+    }
+    petsc::assemble(J);
   }
 
   /// What is a small imbalance follows from what flows at these temperatures: the first guess, with its steps at the
