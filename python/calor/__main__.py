@@ -1,4 +1,4 @@
-"""python3 -m calor plot|report RESULT ...: what the command `calor` starts for pictures and pages."""
+"""python3 -m calor plot|report|certify|fit|study ...: what the command `calor` starts for what runs have written, and for many runs."""
 from __future__ import annotations
 
 import argparse
@@ -37,7 +37,62 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     report = verbs.add_parser("report", help="write one page of HTML about a result")
     report.add_argument("result", help="folder that calor run has written")
     report.add_argument("-o", "--output", help="file for the page (default: RESULT/report.html)")
+    certify = verbs.add_parser("certify", help="say how sure the numbers of a case are")
+    certify.add_argument("case", metavar="CASE", help="case file")
+    certify.add_argument("changes", metavar="key=value", nargs="*", help="changes to the case, or variant=NAME")
+    certify.add_argument("--methods", default="sph,peridynamics,mlpg", help="with commas between (default: all three)")
+    certify.add_argument("--budget", default="5min", help="time that decides how many spacings there are, e.g. 90s or 1h (default: 5min)")
+    certify.add_argument("--refine", help="in place of a budget how many times as fine as in the case, e.g. 1,1.5,2,3")
+    certify.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
+    certify.add_argument("-o", "--output", help="folder (default: results/CASE-certificate)")
+    fit = verbs.add_parser("fit", help="find unknown numbers of a case from measurements")
+    fit.add_argument("case", metavar="CASE", help="case file with [[fit.unknown]] and [[fit.data]]")
+    fit.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
+    fit.add_argument("-o", "--output", help="folder (default: results/CASE-fit)")
+    study = verbs.add_parser("study", help="run a case with other values of its keys")
+    study.add_argument("case", metavar="CASE", help="case file, with [study] or without")
+    study.add_argument("values", metavar="key=[values]", nargs="*", help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]")
+    study.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
+    study.add_argument("-o", "--output", help="folder (default: results/CASE-study)")
     return parser.parse_args(words)
+
+
+def tell(line: str) -> None:
+    print(line, file=sys.stderr, flush=True)
+
+
+def write_fit(options: argparse.Namespace) -> None:
+    from . import fit
+    found = fit.fit(options.case, options.output, j=options.j, say=tell)
+    print(found.table())
+    print(f"{found.folder / 'fit.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-fitted.toml'}")
+
+
+def write_study(options: argparse.Namespace) -> None:
+    from . import study, toml
+    values = {}
+    for text in options.values:
+        key, value = toml.change(text)
+        if isinstance(value, str) and value.startswith("[") and value.endswith("]"):  # words without quotes
+            value = [word.strip() for word in value[1:-1].split(",")]
+        values[key] = value if isinstance(value, list) else [value]
+    done = study.study(options.case, options.output, values=values, j=options.j, say=tell)
+    again = f", {done.reused} of them from before" if done.reused else ""
+    failed = sum("failed" in row for row in done.rows)
+    print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
+
+
+def write_certificate(options: argparse.Namespace) -> None:
+    from . import certify, toml
+    from .case import Case
+    changes = dict(toml.change(text) for text in options.changes)
+    variant = changes.pop("variant", None)
+    factors = [float(text) for text in options.refine.split(",")] if options.refine else None
+    certificate = certify.certify(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","),
+                                  budget=certify.seconds(options.budget), factors=factors, j=options.j,
+                                  say=tell)
+    print(certificate.table())
+    print(f"certificate in {certificate.folder / 'certificate.json'}")
 
 
 def draw(options: argparse.Namespace) -> None:
@@ -76,6 +131,8 @@ def main(words: list[str]) -> int:
         try:
             if options.verb == "plot":
                 draw(options)
+            elif options.verb in ("certify", "fit", "study"):
+                {"certify": write_certificate, "fit": write_fit, "study": write_study}[options.verb](options)
             else:
                 from .result import Result
                 print(Result(options.result).write_page(options.output))
@@ -86,7 +143,7 @@ def main(words: list[str]) -> int:
         package = PACKAGES.get((error.name or "").partition(".")[0])
         if not package:
             raise
-        print(f"calor: pictures need {package}: apt-get install {package}", file=sys.stderr)
+        print(f"calor: {options.verb} needs {package}: apt-get install {package}", file=sys.stderr)
         return 2
     return 0
 

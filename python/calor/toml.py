@@ -4,8 +4,11 @@ from __future__ import annotations
 import copy
 import json
 import re
+import tomllib
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+from .command import CommandError
 
 
 def key_text(key: str) -> str:
@@ -27,6 +30,18 @@ def value_text(value: Any) -> str:
     if isinstance(value, (int, float)):
         return repr(value)
     raise TypeError(f"a case holds texts, numbers, true and false, lists and dictionaries, not {value!r}")
+
+
+def change(text: str) -> tuple[str, Any]:
+    """("time.end", "20 s") of "time.end=20 s": as on the command line of calor, a value that is no TOML is a text. Raises
+    CommandError."""
+    key, equals, value = text.partition("=")
+    if not equals or not key:
+        raise CommandError(f"'{text}' is no change: write key=value")
+    try:
+        return key.strip(), tomllib.loads(f"value = {value}")["value"]
+    except tomllib.TOMLDecodeError:
+        return key.strip(), value
 
 
 def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:

@@ -132,7 +132,11 @@ int main(int argc, char** argv) {
 
   CLI::App* plot = app.add_subcommand("plot", "draw pictures of a result");
   CLI::App* report = app.add_subcommand("report", "write one page about a result, for a browser");
-  for (CLI::App* verb : {plot, report}) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
+  CLI::App* certify = app.add_subcommand("certify", "say how sure the numbers of a case are");
+  CLI::App* fit = app.add_subcommand("fit", "find unknown numbers of a case from measurements");
+  CLI::App* study = app.add_subcommand("study", "run a case with other values of its keys");
+  const std::vector<CLI::App*> of_python = {plot, report, certify, fit, study};
+  for (CLI::App* verb : of_python) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
 
   try {
     app.parse(argc, argv);
@@ -145,11 +149,13 @@ int main(int argc, char** argv) {
 
   if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
   try {
-    if (*help && (a.name == "plot" || a.name == "report")) become_python({a.name, "--help"});
+    if (*help && std::ranges::any_of(of_python, [&](CLI::App* verb) { return verb->get_name() == a.name; }))
+      become_python({a.name, "--help"});
     if (*help) return show_help(app, a.name);
     if (*fresh) return new_case(a.name, a.from);
     if (*list) return list_examples(a.key);
-    if (*plot || *report) become_python({argv + 1, argv + argc});
+    if (std::ranges::any_of(of_python, [](CLI::App* verb) { return verb->parsed(); }))
+      become_python({argv + 1, argv + argc});
     if (*doc) {
       fmt::print("{}", a.key.empty() ? manual(schema()) : manual_on(schema(), a.key, stdout_takes_colour()));
       return 0;

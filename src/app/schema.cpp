@@ -29,6 +29,7 @@ Schema schema() {
   declare_probes(s);
   declare_weld(s);
   declare_expect(s);
+  declare_studies(s);
   return s;
 }
 

@@ -29,7 +29,8 @@ except ImportError as missing:
 
 matplotlib.use("Agg")
 
-from calor import CalorError, Case, CaseError, FileError, NumbersError, Result, command, toml  # noqa: E402
+from calor import (CalorError, Case, CaseError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
+                   quantities, refine, study, toml)  # noqa: E402
 
 if len(sys.argv) > 1:
     CALOR = str(pathlib.Path(sys.argv[1]).resolve())
@@ -315,6 +316,188 @@ class Page(unittest.TestCase):
                                f"--user-data-dir={os.getcwd()}/browser", "--virtual-time-budget=3000", "--dump-dom", f"file://{path.resolve()}"],
                               capture_output=True, text=True, timeout=100)
         self.assertIn(f"<title>{len(data['charts'])} charts, true </title>", said.stdout, said.stderr[-2000:])
+
+
+class Certificates(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.addCleanup(os.chdir, os.getcwd())
+        os.chdir(folder.name)
+
+    def test_the_limit_of_a_smooth_sequence_lies_within_its_bar(self):
+        # f = 300 + c h^p + d h^(p + 1), whose last term disturbs the observed order.
+        inside, total = 0, 0
+        for p in (1.0, 1.5, 2.0, 3.0):
+            for c in (-7.0, 0.5, 20.0):
+                for d in (-0.4, -0.1, 0.2, 0.5):
+                    for h in ([1, 1 / 1.5, 1 / 2], [1, 1 / 1.5, 1 / 2, 1 / 3], [1 / 2, 1 / 3, 1 / 4, 1 / 6]):
+                        f = [300 + c * s**p * (1 + d * s) for s in h]
+                        one = convergence.limit(h, f, 1e-9)
+                        if one.is_asymptotic:
+                            total += 1
+                            inside += abs(one.value - 300) <= one.bar
+        self.assertGreaterEqual(inside, 0.95 * total)
+        self.assertGreaterEqual(total, 100)
+
+    def test_what_does_not_converge_is_not_certified(self):
+        h = [1, 1 / 2, 1 / 4]
+        for f in ([1.0, 1.2, 1.1], [1.0, 1.1, 1.25], [5.0, 3.0, 2.9999]):
+            one = convergence.limit(h, f, 1e-9)
+            self.assertFalse(one.is_asymptotic, f)
+            self.assertIn("the last two refinements changed it by", one.reason)
+
+    def test_values_that_no_refinement_changes_are_exact(self):
+        one = convergence.limit([1, 1 / 2, 1 / 4], [400.0, 400.0 + 1e-10, 400.0 - 1e-10], 4e-7)
+        self.assertTrue(one.is_asymptotic)
+        self.assertLess(one.bar, 1e-6)
+
+    def test_methods_that_converge_to_different_limits_are_not_certified(self):
+        h = [1, 1 / 2, 1 / 4, 1 / 8]
+        limits = [convergence.limit(h, [value + s**2 for s in h], 1e-9) for value in (300.0, 300.5)]
+        self.assertIn("the methods' limits differ by 0.5", convergence.together(limits).reason)
+        self.assertTrue(convergence.together(limits[:1]).certified)
+
+    def test_a_number_has_no_more_digits_than_its_bar(self):
+        self.assertEqual(convergence.text(1169.5837, 0.18, "K"), "1169.58 ± 0.18 K")
+        self.assertEqual(convergence.text(1169.5837, 0.27, "K"), "1169.6 ± 0.3 K")
+        self.assertEqual(convergence.text(-20312.0, 440.0, "W"), "-20300 ± 500 W")
+
+    def test_clouds_are_refined_by_their_own_keys(self):
+        def refined(**cloud):
+            changes, factor = refine.refined(cloud, 1.5)
+            return {**changes, "factor": round(factor, 6)}
+        self.assertEqual(refined(shape="box", points=[21, 11]), {"cloud.points": [31, 16], "factor": 1.5})
+        self.assertEqual(refined(shape="box", points=[20, 10], at="cells"), {"cloud.points": [30, 15], "factor": 1.5})
+        self.assertEqual(refined(shape="box", spacing="3 mm"), {"cloud.spacing": "2 mm", "factor": 1.5})
+        self.assertEqual(refined(shape="cylinder", rings=4, levels=3), {"cloud.rings": 6, "cloud.levels": 4, "factor": 1.5})
+        self.assertEqual(refined(shape="surface", spacing="3 mm", near=[{"on": "x", "spacing": "1.5 mm"}]),
+                         {"cloud.spacing": "2 mm", "cloud.near": [{"on": "x", "spacing": "1 mm"}], "factor": 1.5})
+        self.assertEqual(refine.refined({"shape": "box", "x": ["0 mm", "1 mm", "3 mm"]}, 2)[0],
+                         {"cloud.x": ["0 mm", "0.5 mm", "1 mm", "2 mm", "3 mm"]})
+        with self.assertRaisesRegex(CalorError, "cannot be refined"):
+            refined(shape="mesh", file="a.msh")
+
+    def test_a_graded_plate_is_certified_with_its_true_temperature_within_the_bar(self):
+        # k = 1 + 2 x between 0 K and 1 K: T = ln(1 + 2 x) / ln 3.
+        case = {"title": "Graded", "method": "sph", "cloud": {"shape": "box", "size": ["1 m", "0.5 m"], "points": [9, 5]},
+                "material": {"m": {"conductivity": {"formula": "1 + 2*x", "unit": "W/(m K)"}}},
+                "boundary": {"xmin": {"on": "xmin", "temperature": "0 K"}, "xmax": {"on": "xmax", "temperature": "1 K"}},
+                "steady": {}, "probe": {"a": ["0.3 m", "0.2 m"]}}
+        path = pathlib.Path("graded.toml")
+        path.write_text(toml.write(case))
+        certificate = certify.certify(str(path), "runs", factors=[1, 1.5, 2, 3])
+        verdict = certificate.quantities["probe a"].verdict
+        self.assertTrue(verdict.certified, verdict)
+        self.assertLessEqual(abs(verdict.value - np.log(1.6) / np.log(3)), verdict.bar)
+        self.assertLess(verdict.bar, 1e-3)
+        written = json.loads(pathlib.Path("runs/certificate.json").read_text())
+        self.assertEqual(written["quantities"][0]["name"], "probe a")
+
+    def test_a_budget_is_a_time(self):
+        self.assertEqual([certify.seconds(text) for text in ("90s", "1.5min", "1h", "20")], [90, 90, 3600, 20])
+        with self.assertRaisesRegex(CalorError, "is no time"):
+            certify.seconds("soon")
+
+
+# A flux of 10 kW/m^2 through 0.1 m of k, air of 300 K behind h: the back at 300 + q / h, the front q L / k above.
+FITTED = {
+    "title": "Wall", "method": "sph", "cloud": {"shape": "box", "size": ["0.1 m"], "points": [11]},
+    "material": {"m": {"conductivity": "5 W/(m K)", "density": "1000 kg/m^3", "specific_heat": "100 J/(kg K)"}},
+    "boundary": {"in": {"on": "xmin", "flux": "10 kW/m^2"}, "out": {"on": "xmax", "convection": {"h": "50 W/(m^2 K)", "ambient": "300 K"}}},
+    "steady": {}, "probe": {"front": ["0 m"], "back": ["0.1 m"]},
+    "fit": {"unknown": [{"key": "material.m.conductivity", "start": "5 W/(m K)"},
+                        {"key": "boundary.out.convection.h", "start": "50 W/(m^2 K)", "from": "1 W/(m^2 K)", "to": "1000 W/(m^2 K)"}],
+            "data": [{"probe": "front", "value": "500 K", "noise": "2 K"}, {"probe": "back", "value": "126.85 degC", "noise": "1 K"}]},
+}
+
+
+class Fits(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def fitted(self, changes=None, **files):
+        for name, text in files.items():
+            pathlib.Path(f"{name}.csv").write_text(text)
+        case = json.loads(json.dumps(FITTED))
+        toml.merge(case, changes or {})
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        return fit.fit("wall.toml", "fit")
+
+    def test_unknowns_and_their_intervals_are_those_of_the_closed_form(self):
+        found = self.fitted()
+        # h = q / (T_back - 300), k = q L / (T_front - T_back), and their derivatives.
+        self.assertAlmostEqual(found.values[0], 10, delta=0.01)
+        self.assertAlmostEqual(found.values[1], 100, delta=0.1)
+        self.assertAlmostEqual(found.deviation[0], 10 / 100 * np.hypot(2, 1), delta=0.02 * 0.22)
+        self.assertAlmostEqual(found.deviation[1], 100 / 100 * 1, delta=0.02)
+        self.assertAlmostEqual(found.correlation[0, 1], -1 / np.sqrt(5), delta=0.02)
+        again = Case("fit/wall-fitted.toml").run("again")
+        self.assertAlmostEqual(again.probes["front"][-1], 500, delta=0.1)
+
+    def test_what_the_data_do_not_tell_is_said(self):
+        found = self.fitted({"fit.data": [FITTED["fit"]["data"][0]]})
+        self.assertTrue(any("can hardly be told apart" in text or "hardly tell" in text for text in found.remarks()), found.remarks())
+
+    def test_what_is_known_before_counts(self):
+        unknown = [{**FITTED["fit"]["unknown"][0], "expected": "8 W/(m K)", "within": "0.0001 W/(m K)"}, FITTED["fit"]["unknown"][1]]
+        self.assertAlmostEqual(self.fitted({"fit.unknown": unknown}).values[0], 8, delta=0.001)
+
+    def test_bad_measurements_are_refused_with_their_line(self):
+        from_file = {"probe": "front", "file": "tc.csv", "noise": "1 K"}
+        transient = {"time": {"end": "10 s"}, "fit.data": [from_file]}
+        for rows, words in (("time [s],front [K]\n1,nan\n", "tc.csv:2: .*not finite"),
+                            ("time [s],front [K]\n1,300\n20,310\n", "tc.csv:3: .*outside the run"),
+                            ("time [s],front [K]\n1,abc\n", "tc.csv:2: .*no row of numbers"),
+                            ("time [s],front [W]\n1,300\n", "'W' is no unit of what is measured"),
+                            ("front [K]\n300\n", "no column 'time'")):
+            case = {key: value for key, value in json.loads(json.dumps(FITTED)).items() if key != "steady"}
+            case |= {"initial": {"temperature": "300 K"}}
+            toml.merge(case, json.loads(json.dumps(transient)))
+            pathlib.Path("wall.toml").write_text(toml.write(case))
+            pathlib.Path("tc.csv").write_text(rows)
+            with self.assertRaisesRegex(CaseError, words):
+                fit.fit("wall.toml", "fit")
+        for changes, words in (({"fit.data": [{"probe": "top", "value": "300 K", "noise": "1 K"}]}, "wall.toml:.* no probe 'top'"),
+                               ({"fit.unknown": [{"key": "material.n.conductivity", "start": "1 W/(m K)"}]}, "has no 'material.n.conductivity'"),
+                               ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
+            with self.assertRaisesRegex(CaseError, words):
+                self.fitted(changes)
+
+
+class Studies(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def test_every_combination_is_run_once_and_kept(self):
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        case["study"] = {"values": {"method": ["sph", "mlpg"], "boundary.out.convection.h": ["50 W/(m^2 K)", "100 W/(m^2 K)"]}}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        done = study.study("wall.toml")
+        self.assertEqual([(row["method"], round(row["probe back [K]"])) for row in done.rows],
+                         [("sph", 500), ("sph", 400), ("mlpg", 500), ("mlpg", 400)])
+        with pathlib.Path("results/wall-study/study.csv").open() as file:
+            self.assertEqual(len(file.readlines()), 5)
+        self.assertEqual(study.study("wall.toml").reused, 4)
+        self.assertEqual(study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)"]}).reused, 0)
+
+    def test_a_run_that_fails_is_told_and_the_others_go_on(self):
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        done = study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)", "7 W/(mm s)"]})
+        self.assertNotIn("failed", done.rows[0])
+        self.assertIn("conductivity", done.rows[1]["failed"])
+
+    def test_samples_are_spread_evenly_over_every_range(self):
+        rows = study.samples({"a": ["10 K", "20 K"], "b": [0.0, 1.0]}, 10, 3)
+        self.assertEqual(sorted(int(float(row["a"].split()[0])) for row in rows), list(range(10, 20)))
+        self.assertEqual(sorted(int(10 * row["b"]) for row in rows), list(range(10)))
+        self.assertEqual(rows, study.samples({"a": ["10 K", "20 K"], "b": [0.0, 1.0]}, 10, 3))
+
+    def test_entries_of_lists_are_keys_too(self):
+        case = {"material": {"m": {"conductivity": {"table": [[300, 10], [600, 20]], "unit": "K"}}}}
+        self.assertEqual(quantities.changes_at(case, {"material.m.conductivity.table[1][1]": 25}),
+                         {"material.m.conductivity.table": [[300, 10], [600, 25]]})
+        with self.assertRaisesRegex(CalorError, "has no 'material.n'"):
+            quantities.at(case, "material.n")
 
 
 if __name__ == "__main__":

@@ -1,0 +1,137 @@
+"""Many runs of a case with other values of its keys, in one table."""
+from __future__ import annotations
+
+import csv
+import hashlib
+import itertools
+import json
+import pathlib
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import certify, quantities
+from .case import Case
+from .command import CalorError, CommandError
+from .result import FileError, Result
+
+
+def samples(ranges: Mapping[str, Any], count: int, seed: int) -> list[dict[str, Any]]:
+    """A Latin hypercube: every key has one value in each of `count` equal parts of its range."""
+    random = np.random.default_rng(seed)
+    columns: dict[str, list[Any]] = {}
+    for key, limits in ranges.items():
+        if not isinstance(limits, list) or len(limits) != 2:
+            raise CommandError(f"the range of '{key}' is no [low, high]")
+        (low, unit), (high, other) = map(quantities.split, limits)
+        if unit != other or not low < high:
+            raise CommandError(f"the range of '{key}' has to rise, in one unit, not from {limits[0]} to {limits[1]}")
+        places = (random.permutation(count) + random.random(count)) / count
+        columns[key] = [quantities.joined(float(f"{low + (high - low) * place:.6g}"), unit) for place in places]
+    return [dict(zip(columns, row)) for row in zip(*columns.values())]
+
+
+def plan(asked: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """The values of every run: all combinations of `values`, each with all samples of `range`."""
+    values, ranges = asked.get("values", {}), asked.get("range", {})
+    if not values and not ranges:
+        raise CommandError("the case has no [study.values] or [study.range], and no key was given: see docs/study.md")
+    for key, one in values.items():
+        if not isinstance(one, list) or not one:
+            raise CommandError(f"the values of '{key}' are no list")
+    combinations = [dict(zip(values, row)) for row in itertools.product(*values.values())]
+    spread = samples(ranges, int(asked.get("samples", 20)), int(asked.get("seed", 1))) if ranges else [{}]
+    return [{**one, **other} for one in combinations for other in spread]
+
+
+@dataclass
+class Study:
+    """`rows`: of every run its number, the values of its keys and what came out; "failed" holds the error of one that
+    did not end."""
+
+    folder: pathlib.Path
+    keys: list[str]
+    rows: list[dict[str, Any]]
+    reused: int
+
+    @property
+    def quantities(self) -> list[str]:
+        return list(dict.fromkeys(name for row in self.rows for name in row if name not in ("run", "failed", *self.keys)))
+
+    def write(self) -> pathlib.Path:
+        path = self.folder / "study.csv"
+        names = ["run", *self.keys, *self.quantities, *(["failed"] if any("failed" in row for row in self.rows) else [])]
+        with path.open("w", newline="") as file:
+            table = csv.DictWriter(file, names, restval="")
+            table.writeheader()
+            table.writerows(self.rows)
+        return path
+
+    def plot(self, quantity: str) -> Any:
+        """A quantity over every key of numbers. Needs python3-matplotlib."""
+        import matplotlib.pyplot as plt
+        keys = [key for key in self.keys if all(is_number(row[key]) for row in self.rows)]
+        if not keys:
+            raise CommandError("none of the keys is a number: there is nothing to draw against")
+        figure, axes = plt.subplots(1, len(keys), figsize=(4 * len(keys), 3.2), squeeze=False, sharey=True, layout="constrained")
+        done = [row for row in self.rows if quantity in row]
+        for ax, key in zip(axes[0], keys):
+            ax.plot([quantities.split(row[key])[0] for row in done], [row[quantity] for row in done], "o", ms=4)
+            unit = quantities.split(self.rows[0][key])[1]
+            ax.set_xlabel(f"{key}{f' [{unit}]' if unit else ''}", fontsize=8)
+        axes[0][0].set_ylabel(quantity)
+        return figure
+
+
+def is_number(value: Any) -> bool:
+    try:
+        quantities.split(value)
+        return True
+    except CommandError:
+        return False
+
+
+def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, j: int = 1,
+          say: Callable[[str], None] = lambda line: None) -> Study:
+    """Runs what [study] asks for, and `values` besides, `j` runs side by side. Runs that lie in `folder` (default:
+    results/NAME-study) from before with the same case are not run again. Writes study.csv. Raises CalorError."""
+    case = case if isinstance(case, Case) else Case(case)
+    into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{case.name}-study"
+    written = case.to_dict()
+    asked = dict(written.get("study", {}))
+    asked["values"] = {**asked.get("values", {}), **(values or {})}
+    runs = plan(asked)
+    keys = list(runs[0])
+    into.mkdir(parents=True, exist_ok=True)
+    reused = 0
+
+    def run(number: int) -> dict[str, Any]:
+        nonlocal reused
+        changes = quantities.changes_at(written, runs[number])
+        what = {name: part for name, part in written.items() if name not in ("study", "fit", "variant")}
+        mark = hashlib.sha256(json.dumps([what, changes], sort_keys=True, default=str).encode()).hexdigest()[:16]
+        place = into / f"run-{mark}"
+        row: dict[str, Any] = {"run": place.name, **runs[number]}
+        try:
+            try:
+                result = Result(place)
+                reused += 1
+            except FileError:
+                result = case.changed({**changes, "output.fields": False}).run(place, show_progress=False)
+        except CalorError as error:
+            row["failed"] = str(error)
+            say(f"{number + 1} of {len(runs)} failed: {error}")
+            return row
+        found = certify.quantities_of(result)
+        row |= {f"{name} [{quantity.unit}]": quantity.values[""][0] for name, quantity in found.items()}
+        say(f"{number + 1} of {len(runs)}: " + ", ".join(f"{key.rsplit('.', 1)[-1]} = {value}" for key, value in runs[number].items()))
+        return row
+
+    with ThreadPoolExecutor(j) as pool:
+        rows = list(pool.map(run, range(len(runs))))
+    done = Study(into, keys, rows, reused)
+    done.write()
+    return done

@@ -1,0 +1,45 @@
+// What a case says of many runs of itself. calor run does without; the Python package reads it (python/calor/fit.py and
+// study.py), and here it is known, so that the manual has it and misspelled keys are told.
+#include "app/schema.hpp"
+
+namespace calor {
+
+void declare_studies(Schema& schema) {
+  schema.add({.path = "fit",
+              .sentence = "What `calor fit` finds out from measurements; a run takes no notice of it.",
+              .keys = {{"iterations", Kind::integer, "", "20", "Most steps towards the best values."}}});
+  schema.add(
+      {.path = "fit.unknown[]",
+       .sentence = "A number of the case that is not known.",
+       .keys = {{"key", Kind::text, "", required,
+                 "Where it stands, such as \"material.coating.conductivity\"; [0], [1], ... after it name an entry of "
+                 "a list."},
+                {"start", Kind::raw_quantities, "", required, "Where the search begins, with the unit of the key."},
+                {"from", Kind::raw_quantities, "", optional, "It is at least this."},
+                {"to", Kind::raw_quantities, "", optional, "It is at most this."},
+                {"expected", Kind::raw_quantities, "", optional, "What is known about it without the measurements ..."},
+                {"within", Kind::raw_quantities, "", optional, "... as a standard deviation."}}});
+  schema.add(
+      {.path = "fit.data[]",
+       .sentence = "Measurements: a column of a CSV file, or one value.",
+       .keys = {{"probe", Kind::text, "", optional, "The probe that measured it; or"},
+                {"report", Kind::text, "", optional,
+                 "a number of report.json at the end of the run, such as \"heat_flow.air\", W, or \"pool_width\", m."},
+                {"file", Kind::text, "", optional,
+                 "A CSV file, relative to the case, with a column time, such as \"time [s]\"."},
+                {"column", Kind::text, "", optional,
+                 "Its column with the measurements, such as \"tc1 [degC]\"; without it the only other one."},
+                {"value", Kind::raw_quantities, "", optional, "One value in place of a file."},
+                {"at", Kind::quantity, "s", optional, "Its time; the end of the run if absent."},
+                {"noise", Kind::raw_quantities, "", required, "Standard deviation of a measurement."}}});
+  schema.add({.path = "study",
+              .sentence = "What `calor study` runs; a run takes no notice of it.",
+              .keys = {{"values", Kind::table, "", optional,
+                        "Keys in quotes and lists of their values: every combination is run."},
+                       {"range", Kind::table, "", optional,
+                        "Keys in quotes and [low, high]: samples in between, so that each key is spread evenly."},
+                       {"samples", Kind::integer, "", "20", "How many samples of the ranges."},
+                       {"seed", Kind::integer, "", "1", "Chooses them."}}});
+}
+
+}  // namespace calor
