@@ -99,7 +99,7 @@ def draw(options: argparse.Namespace) -> None:
     import matplotlib
     matplotlib.use("Agg")
     from . import plot
-    from .command import CommandError
+    from .command import CalorError, CommandError
     from .result import Result
     result = Result(options.result)
     folder = pathlib.Path(options.output) if options.output else result.folder / "pictures"
@@ -117,7 +117,7 @@ def draw(options: argparse.Namespace) -> None:
                 plot.animate(result, path, name=options.field, plane=options.plane, dark=options.dark)
             else:
                 plot.figure(result, what, dark=options.dark, **of_fields.get(what, {})).savefig(path, dpi=150)
-        except plot.CalorError:
+        except CalorError:
             if options.what:
                 raise
             continue

@@ -6,6 +6,7 @@ import json
 import os
 import pathlib
 import re
+from collections.abc import Sequence
 from html import escape
 from typing import Any
 
@@ -13,7 +14,7 @@ import numpy as np
 
 from . import toml
 from .command import CalorError
-from .result import Result, Table, is_straight, length_unit, number_text
+from .result import Array, Result, Table, is_straight, length_unit, number_text
 from .style import CURVES, VIRIDIS
 
 ASSETS = pathlib.Path(__file__).resolve().parent / "assets"
@@ -25,15 +26,20 @@ MOST_VALUES = 6_000_000  # of all fields together, two bytes each
 # Curves ------------------------------------------------------------------------------------------------------------
 
 
-def rounded(values: np.ndarray) -> list[float | None]:
+def rounded(values: Array) -> list[float | None]:
     """With seven digits; what is no number is null."""
     return [float(f"{value:.7g}") if np.isfinite(value) else None for value in values]
 
 
-def thinned(table: Table) -> dict[str, np.ndarray]:
+def thinned(table: Table) -> dict[str, Array]:
     rows = len(table["time"])
     keep = np.unique(np.linspace(0, rows - 1, min(rows, MOST_ROWS)).round().astype(int))
     return {name: values[keep] for name, values in table.items()}
+
+
+def curve(label: str, n: int, x: Array, y: Array, **kind: bool) -> dict[str, Any]:
+    """The n-th colour; `kind`: points=True for circles, thin=True for a thin line."""
+    return {"label": label, "colour": CURVES[n % len(CURVES)], "x": x, "y": y, **kind}
 
 
 def chart(title: str, x: str, y: str, curves: list[dict[str, Any]]) -> dict[str, Any]:
@@ -55,7 +61,7 @@ def history(title: str, table: Table, unit: str, y: str, names: list[str] | None
         return None
     rows = thinned(table)
     names = names if names is not None else [name for name in table if table.units[name] == unit and name != "time"]
-    curves = [{"label": name, "colour": CURVES[n % len(CURVES)], "x": rows["time"], "y": rows[name]} for n, name in enumerate(names)]
+    curves = [curve(name, n, rows["time"], rows[name]) for n, name in enumerate(names)]
     return chart(title, "t [s]", y, curves) if curves else None
 
 
@@ -65,16 +71,16 @@ def probes(result: Result) -> dict[str, Any] | None:
         return None
     table = result.shown(result.probes)
     rows, expected = thinned(table), result.report["case"].get("expect", [])
-    curves = [{"label": name, "colour": CURVES[n % len(CURVES)], "x": rows["time"], "y": rows[name]}
-              for n, name in enumerate(name for name in rows if name != "time")]
-    colours = {curve["label"]: curve["colour"] for curve in curves}
+    names = [name for name in rows if name != "time"]
+    curves = [curve(name, n, rows["time"], rows[name]) for n, name in enumerate(names)]
     references: dict[str, dict[float, float]] = {}
-    for n, (table, *_) in result.comparisons.items():
-        if expected[n].get("probe") in colours and expected[n]["quantity"] == "temperature":
-            references.setdefault(expected[n]["probe"], {}).update(zip(table["time"], result.shown(table)["reference"]))
+    for n, (of_probe, *_) in result.comparisons.items():
+        if expected[n].get("probe") in names and expected[n]["quantity"] == "temperature":
+            references.setdefault(expected[n]["probe"], {}).update(zip(of_probe["time"], result.shown(of_probe)["reference"]))
     for name, points in references.items():
-        times = np.array(sorted(points))
-        curves.append({"label": f"{name}, expected", "colour": colours[name], "points": True, "x": times, "y": np.array([points[t] for t in times])})
+        times = sorted(points)
+        values = np.array([points[t] for t in times])
+        curves.append(curve(f"{name}, expected", names.index(name), np.array(times), values, points=True))
     return chart("Temperatures at the probes", "t [s]", f"T [{degrees(result)}]", curves)
 
 
@@ -86,16 +92,16 @@ def comparisons(result: Result) -> list[dict[str, Any]]:
             continue
         tables = [result.shown(table) for table in tables]
         factor, unit = length_unit(np.column_stack([tables[0][axis] for axis in "xyz"]))
-        axis = max("xyz", key=lambda name: np.ptp(tables[0][name]))
+        axis = max("xyz", key=lambda name: float(np.ptp(tables[0][name])))
         column = next(name for name in tables[0] if name not in ("x", "y", "z", "reference"))
         times = result.report["case"]["expect"][n].get("at", [""] * len(tables))
         curves = []
         for k, table in enumerate(tables):
             order = np.unique(table[axis], return_index=True)[1]
-            x, colour = factor * table[axis][order], CURVES[k % len(CURVES)]
+            x = factor * table[axis][order]
             when = f" {times[k]}" if isinstance(times, list) and k < len(times) and times[k] else ""
-            curves.append({"label": f"expected{when}", "colour": colour, "thin": True, "x": x, "y": table["reference"][order]})
-            curves.append({"label": f"calculated{when}", "colour": colour, "points": True, "x": x, "y": table[column][order]})
+            curves.append(curve(f"expected{when}", k, x, table["reference"][order], thin=True))
+            curves.append(curve(f"calculated{when}", k, x, table[column][order], points=True))
         what = next((v["what"] for v in result.verdicts if n < len(result.verdicts)), "")
         charts.append(chart(f"Comparison {n + 1}: {re.sub(' at .*', '', what)}", f"{axis} [{unit}]", tables[0].label(column), curves))
     return charts
@@ -103,14 +109,15 @@ def comparisons(result: Result) -> list[dict[str, Any]]:
 
 def rod(result: Result) -> dict[str, Any] | None:
     """Of a body of one dimension: temperatures over its length at up to six times."""
-    if result.dimension != 1:
+    if result.dimension != 1 or not result.has_fields:
         return None
-    curves = []
+    curves: list[dict[str, Any]] = []
     for n in np.unique(np.linspace(0, len(result.times) - 1, 6).round().astype(int)):
         fields = result.shown(result.fields(result.times[n]))
         factor, unit = length_unit(fields.x)
         order = np.argsort(fields.x[:, 0])
-        curves.append({"label": f"{fields.t:.4g} s", "colour": CURVES[len(curves) % len(CURVES)], "x": factor * fields.x[order, 0], "y": fields["temperature"][order]})
+        x, T = factor * fields.x[order, 0], fields["temperature"][order]
+        curves.append(curve(f"{fields.t:.4g} s", len(curves), x, T))
     return chart("Temperatures along the rod", f"x [{unit}]", f"T [{degrees(result)}]", curves)
 
 
@@ -136,11 +143,11 @@ def charts_of(result: Result) -> list[dict[str, Any]]:
 # Fields ------------------------------------------------------------------------------------------------------------
 
 
-def packed(values: np.ndarray) -> str:
-    return base64.b64encode(np.ascontiguousarray(values)).decode()
+def packed(values: Array) -> str:
+    return base64.b64encode(values.tobytes()).decode()
 
 
-def quantised(label: str, unit: str, steps: list[np.ndarray]) -> dict[str, Any]:
+def quantised(label: str, unit: str, steps: list[Array]) -> dict[str, Any]:
     """A field as whole numbers of 16 bits between its lowest and highest value."""
     low, high = (float(f([f(step) for step in steps])) for f in (np.min, np.max))
     span = high - low or 1.0
@@ -150,7 +157,7 @@ def quantised(label: str, unit: str, steps: list[np.ndarray]) -> dict[str, Any]:
 
 def cloud_of(result: Result) -> dict[str, Any] | None:
     """What viewer.js shows; nothing without fields, or of a rod."""
-    if result.dimension == 1 or not (result.folder / "fields.pvd").exists() or not len(result.times):
+    if result.dimension == 1 or not result.has_fields:
         return None
     last = result.shown(result.fields())
     count = len(last.x)
@@ -171,82 +178,79 @@ def cloud_of(result: Result) -> dict[str, Any] | None:
         if name in ("temperature", "heat flux", "id", "volume") or values.ndim > 1:
             continue
         if np.isfinite(values).all() and np.ptp(values) > 1e-9 * abs(values).max():
-            shown.append(quantised(f"{name}, at the end" if name not in ("spacing", "part", "tag") else name, last.units[name], [values[kept]]))
+            label = name if name in ("spacing", "part", "tag") else f"{name}, at the end"
+            shown.append(quantised(label, last.units[name], [values[kept]]))
     factor, unit = length_unit(last.x)
     sizes = last["spacing"][kept] * step ** (1 / result.dimension)
-    return {"dimension": result.dimension, "x": packed(last.x[kept].astype("<f4")), "size": packed(sizes.astype("<f4")), "factor": factor, "unit": unit,
-            "low": last.x.min(0).tolist(), "high": last.x.max(0).tolist(), "times": [float(t) for t in times], "fields": shown,
+    return {"dimension": result.dimension, "x": packed(last.x[kept].astype("<f4")), "size": packed(sizes.astype("<f4")),
+            "factor": factor, "unit": unit, "low": last.x.min(0).tolist(), "high": last.x.max(0).tolist(), "times": [float(t) for t in times],
+            "fields": shown,
             "colours": VIRIDIS, "all": count, "shown": len(kept)}
 
 
 # Text --------------------------------------------------------------------------------------------------------------
 
 
-def rows_of(pairs: list[tuple[str, str]]) -> str:
-    return "<table>" + "".join(f"<tr><th scope=\"row\">{escape(name)}</th><td class=\"number\">{value}</td></tr>" for name, value in pairs) + "</table>"
+def table(rows: Sequence[Sequence[str]], headings: Sequence[str] = (), numbers: int = 1) -> str:
+    """Rows of texts; those after the first `numbers` columns are numbers, on the right."""
+    def line(cells: Sequence[str], kind: str) -> str:
+        marks = [" class=number" if n >= numbers else "" for n in range(len(cells))]
+        return "<tr>" + "".join(f"<{kind}{mark}>{escape(text)}</{kind}>" for mark, text in zip(marks, cells)) + "</tr>"
+
+    head = line(headings, "th") if headings else ""
+    return f"<div class=\"wide\"><table>{head}{''.join(line(row, 'td') for row in rows)}</table></div>"
 
 
 def header(result: Result) -> str:
-    numbers, report = result.numbers, result.report
-    stopped = numbers.get("interrupted_by")
-    word, kind = ("interrupted", "bad") if stopped else ("all expectations met", "good") if result.passed and result.verdicts else \
-        ("done", "good") if result.passed else ("expectations failed", "bad")
-    ranks = int(numbers["ranks"])
-    about = [f"method {report['method']}", f"{numbers['points']:.0f} points in {result.dimension}D", f"integrator {report['integrator']}",
-             f"{ranks} process{'es' if ranks > 1 else ''}", f"calor {report['versions']['calor']}"]
-    return (f"<header><h1>{escape(result.title)}</h1><span class=\"badge {kind}\">{word}</span><button id=\"theme\" title=\"light or dark\">light / dark</button>"
-            f"<p>{escape(', '.join(about))}</p></header>")
+    word, kind = ("done" if not result.verdicts else "all expectations met", "good") if result.passed else ("expectations failed", "bad")
+    if result.numbers.get("interrupted_by"):
+        word, kind = "interrupted", "bad"
+    ranks = int(result.numbers["ranks"])
+    about = [f"method {result.report['method']}", f"{result.numbers['points']:.0f} points in {result.dimension}D",
+             f"integrator {result.report['integrator']}", f"{ranks} process{'es' if ranks > 1 else ''}",
+             f"calor {result.report['versions']['calor']}"]
+    return (f"<header><h1>{escape(result.title)}</h1><span class=\"badge {kind}\">{word}</span>"
+            f"<button id=\"theme\" title=\"light or dark\">light / dark</button><p>{escape(', '.join(about))}</p></header>")
 
 
 def verdicts(result: Result) -> str:
     if not result.verdicts:
         return "<p>The case has no [[expect]] entries: nothing says how good this result is.</p>"
-    rows = "".join(f"<tr><td class=\"{'good' if v['passed'] else 'bad'}\">{'&#10003; met' if v['passed'] else '&#10007; failed'}</td><td>{escape(v['what'])}</td>"
-                   f"<td>{escape(v['norm'])}</td><td class=\"number\">{number_text(v['error'])} {escape(v['unit'])}</td>"
-                   f"<td class=\"number\">{number_text(v['tolerance'])} {escape(v['unit'])}</td></tr>" for v in result.verdicts)
-    return ("<div class=\"wide\"><table><tr><th></th><th>what</th><th>norm</th><th class=\"number\">error or value</th>"
-            f"<th class=\"number\">bound</th></tr>{rows}</table></div>")
-
-
-VIEWER = """<div id="viewer"><div id="stage"><canvas tabindex="0" aria-label="the points of the body in the colours of a field"></canvas>
-<div id="axes">{axes}</div><div id="probe" role="status"></div><div id="scale"><canvas></canvas><div id="ticks"></div></div></div>
-<div class="controls"><label>field <select id="field"></select></label>
-<span id="times"><button id="play">play</button><input type="range" id="time" min="0" aria-label="time"><span id="now"></span></span>
-<label id="ranges">colours <select id="range"><option value="all">of all times</option><option value="now">of this time</option></select></label>
-<label id="cuts">cut <select id="cut"><option value="none">none</option>{cuts}</select><input type="range" id="cutat" min="0" max="1000" value="500" aria-label="place of the cut"></label>
-<button id="reset">reset view</button></div></div><p class="faint">{hint}</p>"""
+    rows = [("✓ met" if v["passed"] else "✗ failed", v["what"], v["norm"], f"{number_text(v['error'])} {v['unit']}",
+             f"{number_text(v['tolerance'])} {v['unit']}") for v in result.verdicts]
+    text = table(rows, ("", "what", "norm", "error or value", "bound"), numbers=3)
+    return re.sub(r"<td>([✓✗])", lambda mark: f"<td class={'good' if mark[1] == '✓' else 'bad'}>{mark[1]}", text)
 
 
 def viewer(result: Result, cloud: dict[str, Any] | None) -> str:
     if cloud is None:
         return ""
     unit, factor = cloud["unit"], cloud["factor"]
-    axes = ", ".join(f"{name}: {factor * cloud['low'][n]:.4g} to {factor * cloud['high'][n]:.4g} {unit}" for n, name in enumerate("xyz"[:result.dimension]))
-    cuts = "".join(f"<option value=\"{sign}{axis}\">away {'above' if sign == '+' else 'below'} {axis}</option>" for axis in "xyz" for sign in "+-")
-    hint = ("Drag to turn, shift and drag to move, wheel to zoom; rest on a point for its value." if result.dimension == 3
-            else "Drag to move, wheel to zoom; rest on a point for its value.")
+    axes = ", ".join(f"{name}: {factor * cloud['low'][n]:.4g} to {factor * cloud['high'][n]:.4g} {unit}"
+                     for n, name in enumerate("xyz"[:result.dimension]))
+    sides = (("+", "above"), ("-", "below"))
+    cuts = "".join(f"<option value={sign}{axis}>away {side} {axis}</option>" for axis in "xyz" for sign, side in sides)
+    hint = "Drag to turn, shift and drag to move, " if result.dimension == 3 else "Drag to move, "
+    hint += "wheel to zoom; rest on a point for its value."
     if cloud["shown"] < cloud["all"]:
         hint += f" Shown are {cloud['shown']} of {cloud['all']} points."
-    return "<h2>Fields</h2>" + VIEWER.format(axes=escape(axes), cuts=cuts, hint=escape(hint))
+    return (ASSETS / "viewer.html").read_text().format(axes=escape(axes), cuts=cuts, hint=escape(hint))
 
 
 def balance(result: Result) -> str:
-    flows = {name: result.balance[name][-1] for name in result.balance if result.balance.units[name] == "W"}
-    pairs = [(name, f"{value:.5g} W") for name, value in flows.items()]
-    total, largest = sum(flows.values()), max(map(abs, flows.values()), default=0)
-    pairs.append(("sum", f"{total:.5g} W" if abs(total) > 1e-9 * largest else "0 W, to round-off"))
-    text = "<div><h3>Heat flow into the body, at the end</h3>" + rows_of(pairs) + "</div>"
+    flows = {name: float(result.balance[name][-1]) for name in result.balance if result.balance.units[name] == "W"}
+    total, largest = sum(flows.values()), max((abs(flow) for flow in flows.values()), default=0.0)
+    rows = [(name, f"{flow:.5g} W") for name, flow in flows.items()]
+    rows.append(("sum", f"{total:.5g} W" if abs(total) > 1e-9 * largest else "0 W, to round-off"))
+    text = "<div><h3>Heat flow into the body, at the end</h3>" + table(rows) + "</div>"
     if (result.folder / "energy.csv").exists():
-        energy = result.energy
-        pairs = [(name, f"{energy[name][-1]:.6g} J") for name in energy if energy.units[name] == "J"]
-        pairs.append(("imbalance, of the largest", f"{energy['imbalance'][-1]:.1e}"))
-        text += "<div><h3>Heat since the start</h3>" + rows_of(pairs) + "</div>"
-    table = result.shown(result.balance)
-    zones = [name.removeprefix("mean of ") for name in result.balance if name.startswith("mean of ")]
-    rows = "".join(f"<tr><th scope=\"row\">{escape(zone)}</th>" + "".join(f"<td class=\"number\">{table[f'{what} of {zone}'][-1]:.6g}</td>"
-                                                                  for what in ("mean", "minimum", "maximum")) + "</tr>" for zone in zones)
-    text += (f"<div><h3>Temperatures at the end, {degrees(result)}</h3><table><tr><th></th><th class=\"number\">mean</th><th class=\"number\">lowest</th>"
-             f"<th class=\"number\">highest</th></tr>{rows}</table></div>")
+        rows = [(name, f"{values[-1]:.6g} J") for name, values in result.energy.items() if result.energy.units[name] == "J"]
+        rows.append(("imbalance, of the largest", f"{result.energy['imbalance'][-1]:.1e}"))
+        text += "<div><h3>Heat since the start</h3>" + table(rows) + "</div>"
+    shown = result.shown(result.balance)
+    zones = [name.removeprefix("mean of ") for name in shown if name.startswith("mean of ")]
+    temperatures = [(zone, *(f"{shown[f'{what} of {zone}'][-1]:.6g}" for what in ("mean", "minimum", "maximum"))) for zone in zones]
+    text += f"<div><h3>Temperatures at the end, {degrees(result)}</h3>" + table(temperatures, ("", "mean", "lowest", "highest")) + "</div>"
     return f"<h2>Balance</h2><div class=\"columns\">{text}</div>"
 
 
@@ -255,27 +259,28 @@ QUALITY = {
     "points": ("points", "{:.0f}"), "volume": ("volume, m³", "{:.6g}"), "volume_error": ("its relative error", "{:.1e}"),
     "area_sum": ("boundary areas, |sum A| / sum |A|", "{:.1e}"), "moment_sum": ("their moment", "{:.1e}"),
     "neighbours": ("neighbours of a point, mean", "{:.1f}"), "pairs": ("pairs", "{:.0f}"),
-    "weight_residual": ("linear temperatures, residual of the weights", "{:.1e}"), "negative_share": ("share of negative weights", "{:.2g}"),
+    "weight_residual": ("linear temperatures, residual of the weights", "{:.1e}"),
+    "negative_share": ("share of negative weights", "{:.2g}"),
 }
 
 
 def quality(result: Result) -> str:
-    pairs = [(name, style.format(result.numbers[key])) for key, (name, style) in QUALITY.items() if key in result.numbers]
-    if (result.folder / "fields.pvd").exists() and len(result.times):
+    numbers = result.numbers
+    rows = [(name, style.format(numbers[key])) for key, (name, style) in QUALITY.items() if numbers.get(key) is not None]
+    if result.has_fields:
         spacing = result.fields()["spacing"]
-        pairs.insert(1, ("spacing, m", f"{spacing.min():.4g}" + ("" if np.ptp(spacing) <= 1e-9 * spacing.max() else f" to {spacing.max():.4g}")))
-    return "<div><h2>Cloud</h2>" + rows_of(pairs) + "</div>"
+        low, high = float(spacing.min()), float(spacing.max())
+        rows.insert(1, ("spacing, m", f"{low:.4g}" if high - low <= 1e-6 * high else f"{low:.4g} to {high:.4g}"))
+    return "<div><h2>Cloud</h2>" + table(rows) + "</div>"
 
 
 def effort(result: Result) -> str:
-    seconds = result.report["seconds"]
-    most = max((entry["wall"] for entry in seconds.values()), default=0) or 1
-    rows = "".join(f"<tr><th scope=\"row\">{escape(name)}</th><td class=\"number\">{entry['wall']:.3g} s</td><td class=\"number\">{entry['cpu']:.3g} s</td>"
-                   f"<td style=\"width:8rem\"><div class=\"bar\" style=\"width:{100 * entry['wall'] / most:.1f}%\"></div></td></tr>" for name, entry in seconds.items())
-    counts = [(name.replace("_", " "), f"{result.numbers[name]:.0f}") for name in ("steps", "rejected_steps", "rate_evaluations", "newton_iterations", "linear_iterations")
-              if result.numbers.get(name)]
-    counts.append(("memory of the largest process", f"{result.numbers['memory_bytes'] / 1e6:.0f} MB"))
-    return (f"<div><h2>Effort</h2><table><tr><th></th><th class=\"number\">wall</th><th class=\"number\">processors</th><th></th></tr>{rows}</table>" + rows_of(counts) + "</div>")
+    seconds, numbers = result.report["seconds"], result.numbers
+    rows = [(name, f"{spent['wall']:.3g} s", f"{spent['cpu']:.3g} s") for name, spent in seconds.items()]
+    counts = [(name.replace("_", " "), f"{numbers[name]:.0f}") for name in
+              ("steps", "rejected_steps", "rate_evaluations", "newton_iterations", "linear_iterations") if numbers.get(name)]
+    counts.append(("memory of the largest process", f"{numbers['memory_bytes'] / 1e6:.0f} MB"))
+    return "<div><h2>Effort</h2>" + table(rows, ("", "wall", "processors")) + table(counts) + "</div>"
 
 
 def repeat(result: Result) -> str:
@@ -283,10 +288,12 @@ def repeat(result: Result) -> str:
     ranks = int(result.numbers["ranks"])
     log = result.folder / "run.log"
     notes = "".join(re.sub(r"^\S+ \S+  ", "", line) + "\n" for line in log.read_text().splitlines()) if log.exists() else ""
-    text = f"<h2>How to repeat it</h2><pre>calor run {escape(result.name)}.toml{f' -j {ranks}' if ranks > 1 else ''}</pre><p>with {escape(versions)}.</p>"
+    command = f"calor run {result.name}.toml" + (f" -j {ranks}" if ranks > 1 else "")
+    text = f"<h2>How to repeat it</h2><pre>{escape(command)}</pre><p>with {escape(versions)}.</p>"
     if notes:
         text += f"<details><summary>What the run said</summary><pre>{escape(notes)}</pre></details>"
-    return text + f"<details><summary>{escape(result.name)}.toml, with all defaults</summary><pre>{escape(toml.write(result.report['case']))}</pre></details>"
+    case = escape(toml.write(result.report["case"]))
+    return text + f"<details><summary>{escape(result.name)}.toml, with all defaults</summary><pre>{case}</pre></details>"
 
 
 def write(result: Result, path: str | os.PathLike[str] | None = None) -> pathlib.Path:
@@ -294,13 +301,18 @@ def write(result: Result, path: str | os.PathLike[str] | None = None) -> pathlib
     cloud, charts = cloud_of(result), charts_of(result)
     curves = "".join(f"<div class=\"chart\"><h3>{escape(one['title'])}</h3><div id=\"{one['id']}\"></div></div>" for one in charts)
     if curves:
-        curves = f"<h2>Curves</h2>{curves}<p class=\"faint\">Drag over a part to see it closer, double-click to see all; click a name to hide its curve.</p>"
+        hint = "Drag over a part to see it closer, double-click to see all; click a name to hide its curve."
+        curves = f"<h2>Curves</h2>{curves}<p class=\"faint\">{hint}</p>"
     body = "\n".join([header(result), "<h2>Expectations</h2>", verdicts(result), viewer(result, cloud), curves, balance(result),
                       f"<div class=\"columns\">{quality(result)}{effort(result)}</div>", repeat(result)])
     data = json.dumps({"charts": charts, "cloud": cloud}, allow_nan=False).replace("<", "\\u003c")
     parts = {"title": escape(result.title), "body": body, "data": data}
     template = (ASSETS / "page.html").read_text()
-    page = re.sub(r"\{\{([^}]+)\}\}", lambda name: parts[name[1]] if name[1] in parts else (ASSETS / name[1]).read_text(), template)
+
+    def filled(name: re.Match[str]) -> str:
+        return parts[name[1]] if name[1] in parts else (ASSETS / name[1]).read_text()
+
+    page = re.sub(r"\{\{([^}]+)\}\}", filled, template)
     into = pathlib.Path(path) if path is not None else result.folder / "report.html"
     try:
         into.write_text(page)

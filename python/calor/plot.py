@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from .command import CalorError
-from .result import Fields, Result, Table, is_straight, length_unit
+from .result import Array, Fields, Result, Table, is_straight, length_unit
 from .style import theme
 
 # Parts -------------------------------------------------------------------------------------------------------------
@@ -29,7 +29,7 @@ def metres(text: str) -> float:
     return float(number) * METRES[unit]
 
 
-def cracks_of(result: Result) -> np.ndarray:
+def cracks_of(result: Result) -> Array:
     """Both ends of every straight piece of the cracks of a body of two dimensions, (n, 2, 2), m."""
     pieces = []
     for crack in result.report["case"].get("crack", []) if result.dimension == 2 else []:
@@ -84,7 +84,7 @@ def references(axes: Axes, result: Result) -> None:
     put_legend(axes)
 
 
-def field(fields: Fields, name: str) -> tuple[np.ndarray, str]:
+def field(fields: Fields, name: str) -> tuple[Array, str]:
     """Values and label of a field; of vectors their length. Raises CalorError."""
     if name not in fields:
         raise CalorError(f"there is no field '{name}'; there are {', '.join(fields)}")
@@ -92,7 +92,7 @@ def field(fields: Fields, name: str) -> tuple[np.ndarray, str]:
     return (np.linalg.norm(values, axis=1) if values.ndim > 1 else values), fields.label(name)
 
 
-def cut(fields: Fields, plane: tuple[str, float] | None) -> tuple[np.ndarray, list[int], np.ndarray]:
+def cut(fields: Fields, plane: tuple[str, float] | None) -> tuple[Array, list[int], Array]:
     """The points of a section, the two axes in its plane, and how far the points lie before it, m: in 2D all points; in
     3D those within 0.7 spacings of a plane such as ("y", 0.01), without one of that through the middle of the body
     across its shortest side."""
@@ -114,18 +114,19 @@ def cut(fields: Fields, plane: tuple[str, float] | None) -> tuple[np.ndarray, li
     return points, across, distance[points]
 
 
-def in_section(fields: Fields, name: str, plane: tuple[str, float] | None) -> np.ndarray:
+def in_section(fields: Fields, name: str, plane: tuple[str, float] | None) -> Array:
     """A field at the points of a section. Temperatures are carried into its plane along their gradient, -q / k."""
     points, across, distance = cut(fields, plane)
-    values = field(fields, name)[0][points]
+    values: Array = field(fields, name)[0][points]
     if name == "temperature" and fields.dimension == 3:
         axis = 3 - sum(across)
         with np.errstate(divide="ignore", invalid="ignore"):
-            values = values + np.nan_to_num(fields["heat flux"][points, axis] / fields["conductivity"][points], posinf=0, neginf=0) * distance
+            slope = fields["heat flux"][points, axis] / fields["conductivity"][points]
+        values = values + np.nan_to_num(slope, posinf=0, neginf=0) * distance
     return values
 
 
-def triangles(fields: Fields, points: np.ndarray, axes: Sequence[int], factor: float, cracks: np.ndarray) -> Triangulation:
+def triangles(fields: Fields, points: Array, axes: Sequence[int], factor: float, cracks: Array) -> Triangulation:
     """A triangulation of the points, without the triangles that cross gaps, holes, corners and cracks of the body."""
     x = fields.x[points][:, axes]
     mesh = Triangulation(*(factor * x.T))
@@ -134,20 +135,22 @@ def triangles(fields: Fields, points: np.ndarray, axes: Sequence[int], factor: f
     longest = np.linalg.norm(following - corners, axis=2).max(1)
     hidden = longest > 2.0 * fields["spacing"][points][mesh.triangles].max(1)
 
-    def side(a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    def side(a: Array, b: Array, c: Array) -> Array:
         """Of the line from a to b, where is c?"""
-        return (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        turn: Array = (b[..., 0] - a[..., 0]) * (c[..., 1] - a[..., 1]) - (b[..., 1] - a[..., 1]) * (c[..., 0] - a[..., 0])
+        return turn
 
     for begin, end in cracks:
-        crosses = (side(begin, end, corners) * side(begin, end, following) < 0) & (side(corners, following, begin) * side(corners, following, end) < 0)
-        hidden |= crosses.any(1)
+        parts_triangle = side(begin, end, corners) * side(begin, end, following) < 0
+        parts_crack = side(corners, following, begin) * side(corners, following, end) < 0
+        hidden |= (parts_triangle & parts_crack).any(1)
     mesh.set_mask(hidden)
     return mesh
 
 
 def draw_section(axes: Axes, fields: Fields, name: str = "temperature", plane: tuple[str, float] | None = None, *,
                  isotherm: float | None = None, limits: tuple[float, float] | None = None,
-                 cracks: np.ndarray | Sequence[Any] = ()) -> Any:
+                 cracks: Array | Sequence[Any] = ()) -> Any:
     """A field on a section of the body, with an isotherm and cracks where they are given; returns what a colour bar is
     made of. `limits`: of the colours."""
     points, across, _ = cut(fields, plane)
@@ -227,7 +230,7 @@ def lines(result: Result, name: str = "temperature") -> Figure:
     colours = iter(matplotlib.rcParams["axes.prop_cycle"].by_key()["color"] * 100)
     if tables:
         factor, unit = length_unit(np.concatenate([np.column_stack([table[c] for c in "xyz"]) for table in tables]))
-        axis = max("xyz", key=lambda c: max(np.ptp(table[c]) for table in tables))
+        axis = max("xyz", key=lambda c: max(float(np.ptp(table[c])) for table in tables))
         for table, colour in zip(tables, colours):
             order = np.argsort(table[axis])
             value = next(column for column in table if column not in ("x", "y", "z", "reference"))
@@ -263,7 +266,8 @@ def section_figure(fields: Fields, plane: tuple[str, float] | None) -> tuple[Fig
     """As high as the section is wide, within limits."""
     points, across, _ = cut(fields, plane)
     width, height = np.ptp(fields.x[points][:, across], axis=0)
-    return plt.subplots(figsize=(8, float(np.clip(6.2 * height / width + 0.9, 2, 7))))
+    figure, axes = plt.subplots(figsize=(8, float(np.clip(6.2 * height / width + 0.9, 2, 7))))
+    return figure, axes
 
 
 def section(result: Result, name: str = "temperature", t: float | None = None,
@@ -275,7 +279,9 @@ def section(result: Result, name: str = "temperature", t: float | None = None,
     filled = draw_section(axes, fields, name, plane, isotherm=isotherm, cracks=cracks_of(result))
     colour_bar(figure, filled, axes, field(fields, name)[1])
     factor, unit = length_unit(fields.x)
-    where = "" if fields.dimension == 2 else f", section {plane[0]} = {factor * plane[1]:g} {unit}" if plane else ", section through the middle"
+    where = ""
+    if fields.dimension == 3:
+        where = f", section {plane[0]} = {factor * plane[1]:g} {unit}" if plane else ", section through the middle"
     axes.set_title(f"{result.title}: {time_text(fields.t, result.report['case'])}{where}")
     return figure
 
@@ -358,7 +364,8 @@ def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", pl
 
         def show(n: int) -> None:
             axes.clear()
-            draw_section(axes, result.shown(result.fields(result.times[n])), name, plane, isotherm=isotherm, limits=limits, cracks=cracks_of(result))
+            fields = result.shown(result.fields(result.times[n]))
+            draw_section(axes, fields, name, plane, isotherm=isotherm, limits=limits, cracks=cracks_of(result))
             axes.set_title(f"{result.title}: t = {result.times[n]:.4g} s")
 
         film = FuncAnimation(figure, show, frames=len(result.times))

@@ -20,7 +20,11 @@ def bar(wanted: bool | None) -> Iterator[Show | None]:
     if wanted is not False and in_notebook():
         from IPython.display import HTML, display
         handle = display(HTML("<progress></progress>"), display_id=True)
-        yield lambda part, line: handle.update(HTML(f'<progress value="{part}" max="1"></progress> <code>{100 * part:.0f} % {escape(line)}</code>'))
+
+        def show(part: float, line: str) -> None:
+            handle.update(HTML(f'<progress value="{part}" max="1"></progress> <code>{100 * part:.0f} % {escape(line)}</code>'))
+
+        yield show
         handle.update(HTML(""))
     elif wanted or (wanted is None and sys.stderr.isatty()):
         yield lambda part, line: print(f"\r\033[K{100 * part:5.1f} % {line}", end="", file=sys.stderr, flush=True)

@@ -14,8 +14,11 @@ from html import escape
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 
 from .command import FileError
+
+Array = npt.NDArray[Any]
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -28,10 +31,10 @@ def split_unit(heading: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else (heading, "")
 
 
-class Table(Mapping[str, np.ndarray]):
+class Table(Mapping[str, Array]):
     """Columns of numbers by name, without their units: table["hot"] is an array, table.units["hot"] is "K"."""
 
-    def __init__(self, columns: Mapping[str, np.ndarray], units: Mapping[str, str]) -> None:
+    def __init__(self, columns: Mapping[str, Array], units: Mapping[str, str]) -> None:
         self._columns, self.units = dict(columns), dict(units)
 
     @classmethod
@@ -46,7 +49,7 @@ class Table(Mapping[str, np.ndarray]):
         names = [split_unit(text) for text in heading]
         return cls({name: data[:, n] for n, (name, _) in enumerate(names)}, dict(names))
 
-    def __getitem__(self, name: str) -> np.ndarray:
+    def __getitem__(self, name: str) -> Array:
         try:
             return self._columns[name]
         except KeyError:
@@ -140,26 +143,28 @@ class Result:
 
     @property
     def name(self) -> str:
-        return self.report["name"]
+        return str(self.report["name"])
 
     @property
     def title(self) -> str:
-        return self.report["case"].get("title", self.name)
+        return str(self.report["case"].get("title", self.name))
 
     @property
     def passed(self) -> bool:
         """Did the run end, and hold all its [[expect]]s?"""
-        return self.report["passed"]
+        return bool(self.report["passed"])
 
     @property
     def verdicts(self) -> list[dict[str, Any]]:
         """What became of every [[expect]]: what, error, tolerance, unit, passed."""
-        return self.report["expect"]
+        expect: list[dict[str, Any]] = self.report["expect"]
+        return expect
 
     @property
     def numbers(self) -> dict[str, float]:
         """Sizes, counts and the balance at the end."""
-        return self.report["numbers"]
+        numbers: dict[str, float] = self.report["numbers"]
+        return numbers
 
     @property
     def dimension(self) -> int:
@@ -220,15 +225,20 @@ class Result:
         return [(float(entry.get("timestep", 0)), self.folder / entry.get("file", "")) for entry in entries]
 
     @functools.cached_property
-    def times(self) -> np.ndarray:
+    def times(self) -> Array:
         """At which there are fields, s."""
         return np.array([t for t, _ in self._entries("fields")])
+
+    @property
+    def has_fields(self) -> bool:
+        return (self.folder / "fields.pvd").exists() and len(self.times) > 0
 
     def _read(self, kind: str, t: float | None) -> Fields:
         entries = self._entries(kind)
         if not entries:
             raise FileError(f"{self.folder} has no fields")
-        at, path = entries[-1] if t is None else min(entries, key=lambda entry: abs(entry[0] - t))
+        wanted = entries[-1][0] if t is None else t
+        at, path = min(reversed(entries), key=lambda entry: abs(entry[0] - wanted))
         if t is not None and not np.isclose(at, t, rtol=1e-9, atol=1e-12):
             raise ValueError(f"there are no fields at {t:g} s, but at {', '.join(f'{t:g}' for t, _ in entries)} s")
         from vtkmodules.vtkIOXML import vtkXMLGenericDataObjectReader
@@ -271,8 +281,8 @@ class Result:
 
     def _repr_html_(self) -> str:
         rows = "".join(f"<tr><td>{'&#10003;' if v['passed'] else '&#10007;'}</td><td>{escape(v['what'])}</td>"
-                       f"<td>{number_text(v['error'])} {escape(v['unit'])}</td><td>{number_text(v['tolerance'])} {escape(v['unit'])}</td></tr>"
-                       for v in self.verdicts)
+                       f"<td>{number_text(v['error'])} {escape(v['unit'])}</td>"
+                       f"<td>{number_text(v['tolerance'])} {escape(v['unit'])}</td></tr>" for v in self.verdicts)
         table = f"<table><tr><th></th><th>expectation</th><th>error</th><th>within</th></tr>{rows}</table>" if rows else ""
         about = f"{self.report['method']}, {self.numbers['points']:.0f} points, {self.report['integrator']}"
         return f"<b>{escape(self.title)}</b> ({escape(about)}) in {escape(str(self.folder))}{table}"
@@ -285,7 +295,7 @@ def is_straight(table: Table) -> bool:
     return len(x) > 1 and spread[1] <= 1e-6 * spread[0]
 
 
-def length_unit(x: np.ndarray) -> tuple[float, str]:
+def length_unit(x: Array) -> tuple[float, str]:
     """How many of which unit make a metre, for places of a body."""
     size = np.ptp(x, axis=0).max() if len(x) else 1
     return (1.0, "m") if size >= 1 else (1e3, "mm") if size >= 1e-4 else (1e6, "µm")
