@@ -13,6 +13,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
 import unittest
 
@@ -173,6 +174,42 @@ class Package(unittest.TestCase):
         self.assertEqual([part for part, _ in told], sorted(part for part, _ in told))
         self.assertIn("left", told[-1][1])
 
+    def test_a_notebook_shows_a_bar_that_goes_away(self):
+        from unittest import mock
+        from calor import progress
+        shown = []
+
+        class Handle:
+            def update(self, what):
+                shown.append(what)
+
+        display = mock.Mock(HTML=str, display=lambda what, display_id: Handle())
+        shell = mock.Mock(**{"get_ipython.return_value.has_trait.return_value": True})
+        with mock.patch.dict(sys.modules, {"IPython": shell, "IPython.display": display}), progress.bar(None) as show:
+            show(0.25, "t = 5 s <b>")
+        self.assertIn('value="0.25"', shown[0])
+        self.assertIn("25 % t = 5 s &lt;b&gt;", shown[0])
+        self.assertEqual(shown[-1], "")
+
+    def test_an_interrupted_run_has_its_pictures_and_its_page(self):
+        pathlib.Path("case.toml").write_text(toml.write({**PLATE, "time": {"end": "1e5 s", "integrator": "euler", "step": "1 ms"}}))
+        run = subprocess.Popen([CALOR, "run", "case.toml", "-o", "result", "--quiet"])
+        while run.poll() is None and not pathlib.Path("result/fields/fields_0000.vtu").exists():
+            time.sleep(0.02)
+        run.terminate()
+        self.assertEqual(run.wait(), 143)
+        result = Result("result")
+        self.assertFalse(result.passed)
+        self.assertIn("interrupted", result.write_page().read_text())
+        matplotlib.pyplot.close(result.plot("section"))
+
+    def test_without_fields_there_are_curves(self):
+        result = Case(PLATE, {"output.fields": False}).run()
+        self.assertFalse(result.has_fields)
+        self.assertIn('class="chart"', result.write_page().read_text())
+        with self.assertRaisesRegex(FileError, "fields = false"):
+            result.fields()
+
     def test_tables_become_data_frames(self):
         try:
             import pandas  # noqa: F401
@@ -249,6 +286,15 @@ class Pictures(unittest.TestCase):
             said = subprocess.run([CALOR, "plot", *words], capture_output=True, text=True)
             self.assertEqual(said.returncode, code, said.stderr)
             self.assertIn(text, said.stderr)
+
+    def test_the_command_names_the_package_that_is_missing(self):
+        shared(PLATE)
+        for module, package in (("numpy", "python3-numpy"), ("matplotlib", "python3-matplotlib"), ("vtkmodules", "python3-vtk9")):
+            pathlib.Path("sitecustomize.py").write_text(f"import sys\nsys.modules[{module!r}] = None\n")
+            said = subprocess.run([CALOR, "plot", shared(PLATE).folder, "section"], capture_output=True, text=True,
+                                  env={**os.environ, "PYTHONPATH": ".", "PYTHONDONTWRITEBYTECODE": "1"})
+            self.assertEqual(said.returncode, 2, said.stderr)
+            self.assertRegex(said.stderr, rf"^calor.* needs? {package}: apt-get install {package}\n$")
 
     def test_a_film_has_a_picture_a_time(self):
         from PIL import Image
