@@ -74,11 +74,11 @@ class Paper:
         self.save(figure, name)
 
     def section(self, name, title, result, time=None, plane=None, isotherm=None, size=(7, 3.8)):
-        """One picture of the temperatures on a section, in the degrees of the case; returns nothing."""
+        """One picture of the temperatures on a section, in the degrees of the case."""
         figure, axes = plt.subplots(figsize=size)
-        fields = self.result(result).shown(self.result(result).fields(time))
-        filled = draw_section(axes, fields, plane=plane, isotherm=isotherm)
-        colour_bar(figure, filled, axes, f"T [{fields.units['temperature']}]")
+        of = self.result(result)
+        filled = draw_section(axes, of, t=time, plane=plane, isotherm=isotherm)
+        colour_bar(figure, filled, axes, f"T [{'°C' if of.uses_celsius else 'K'}]")
         axes.set(title=title)
         self.save(figure, name)
 

@@ -113,7 +113,7 @@ def thermal_shock():
     """The picture of the README: section and probes side by side."""
     result = paper.result("thermal-shock")
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3), width_ratios=(1.5, 1))
-    filled = draw_section(left, result.fields(22.0), plane=("y", 0.0))
+    filled = draw_section(left, result, t=22.0, plane=("y", 0.0))
     colour_bar(figure, filled, left, "T [K]")
     left.set(title="axial section after 22 s, jet from above", aspect=3)
     line = paper.reference("thermal-shock-1023.csv")

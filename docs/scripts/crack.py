@@ -10,14 +10,13 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "cases"))
 from plotting import Paper, colour_bar, draw_section, np, plt, put_legend, theme  # noqa: E402
-from calor.plot import cracks_of  # noqa: E402
 
 paper = Paper(ROOT / "cases" / "start", results="results/crack", figures=ROOT / "docs" / "img")
 result = paper.result("80")
 fields, a = result.fields(), 0.5
 with theme():
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 4), width_ratios=(1, 1.1))
-    filled = draw_section(left, fields, cracks=cracks_of(result))
+    filled = draw_section(left, result)
     colour_bar(figure, filled, left, "T [K]")
     left.set(title="a plate with a crack")
     beside = abs(fields.x[:, 1]) < 1.5 / 79

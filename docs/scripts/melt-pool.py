@@ -15,7 +15,7 @@ paper = Paper(ROOT / "cases" / "start", results="results", figures=ROOT / "docs"
 result = paper.result("weld")
 with theme():
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(8, 5.4))
-    filled = draw_section(top, result.shown(result.fields(8)), isotherm=1450)
+    filled = draw_section(top, result, t=8, isotherm=1450)
     colour_bar(figure, filled, top, "T [°C]")
     top.set(title="one half of the plate at 8 s; white: 1450 °C")
     bottom.plot(result.weld["time"], 1e3 * result.weld["length"], label="length of the pool")

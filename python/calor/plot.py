@@ -126,14 +126,43 @@ def in_section(fields: Fields, name: str, plane: tuple[str, float] | None) -> Ar
     return values
 
 
-def triangles(fields: Fields, points: Array, axes: Sequence[int], factor: float, cracks: Array) -> Triangulation:
-    """A triangulation of the points, without the triangles that cross gaps, holes, corners and cracks of the body."""
+def outward(surface: Fields, fields: Fields, points: Array, axes: Sequence[int]) -> tuple[Array, Array]:
+    """Outward normals of the facets of some points in the plane of a section, (points, most, 2); 0 beyond their number.
+    And whether each point is on an inner corner, where the body goes on beside one facet outwards of the other."""
+    normal = surface["normal"][:, axes]
+    size = np.linalg.norm(normal, axis=1)
+    row_of = np.full(fields["id"].max() + 1, -1)
+    row_of[fields["id"][points]] = np.arange(len(points))
+    row = row_of[surface["point"]]
+    facets = np.flatnonzero((size > 0.5) & (row >= 0))  # others lie flat in the plane
+    facets = facets[np.argsort(row[facets], kind="stable")]
+    row = row[facets]
+    nth = np.arange(len(row)) - np.searchsorted(row, row)
+    normals, ways = np.zeros((2, len(points), int(nth.max(initial=0)) + 1, 2))
+    normals[row, nth] = normal[facets] / size[facets, None]
+    ways[row, nth] = surface.x[facets][:, axes] - fields.x[points[row]][:, axes]  # from the point to the facet's middle
+    is_inner = np.einsum("pad,pbd->pab", normals, ways).max((1, 2)) > 0.05 * fields["spacing"][points]
+    return normals, is_inner
+
+
+def triangles(fields: Fields, surface: Fields, points: Array, axes: Sequence[int], factor: float,
+              cracks: Array | Sequence[Any] = ()) -> Triangulation:
+    """A triangulation of the points, without the triangles that leave the body: longer than two spacings, with a side
+    that goes outwards from a facet of its point, or across a crack."""
     x = fields.x[points][:, axes]
     mesh = Triangulation(*(factor * x.T))
     corners = x[mesh.triangles]
     following = np.roll(corners, -1, axis=1)
-    longest = np.linalg.norm(following - corners, axis=2).max(1)
-    hidden = longest > 2.0 * fields["spacing"][points][mesh.triangles].max(1)
+    length = np.linalg.norm(following - corners, axis=2)
+    hidden = length.max(1) > 2.0 * fields["spacing"][points][mesh.triangles].max(1)
+
+    normals, is_inner = outward(surface, fields, points, axes)
+    has_facet = normals.any(2)
+    along = (following - corners) / length[..., None]
+    for begin, way in ((mesh.triangles, along), (np.roll(mesh.triangles, -1, axis=1), -along)):
+        goes_out = np.einsum("tckd,tcd->tck", normals[begin], way) > 0.35
+        leaves = np.where(is_inner[begin], (goes_out | ~has_facet[begin]).all(2), goes_out.any(2))
+        hidden |= leaves.any(1)
 
     def side(a: Array, b: Array, c: Array) -> Array:
         """Of the line from a to b, where is c?"""
@@ -148,22 +177,25 @@ def triangles(fields: Fields, points: Array, axes: Sequence[int], factor: float,
     return mesh
 
 
-def draw_section(axes: Axes, fields: Fields, name: str = "temperature", plane: tuple[str, float] | None = None, *,
-                 isotherm: float | None = None, limits: tuple[float, float] | None = None,
-                 cracks: Array | Sequence[Any] = ()) -> Any:
-    """A field on a section of the body, with an isotherm and cracks where they are given; returns what a colour bar is
-    made of. `limits`: of the colours."""
+def draw_section(axes: Axes, result: Result, name: str = "temperature", t: float | None = None,
+                 plane: tuple[str, float] | None = None, *, isotherm: float | None = None,
+                 limits: tuple[float, float] | None = None) -> Any:
+    """A field on a section of the body at a time (the end), with its cracks and an isotherm, in the degrees of the case;
+    returns what a colour bar is made of. `plane`: see cut. `limits`: of the colours."""
+    fields, cracks = result.shown(result.fields(t)), cracks_of(result)
     points, across, _ = cut(fields, plane)
     factor, unit = length_unit(fields.x)
     values = in_section(fields, name, plane)
-    mesh = triangles(fields, points, across, factor, np.asarray(cracks))
+    mesh = triangles(fields, result.surface(t), points, across, factor, cracks)
     low, high = limits or (values.min(), values.max())
     if not high - low > 1e-9 * max(abs(low), abs(high)):
         low, high = low - 0.5, high + 0.5
-    filled = axes.tricontourf(mesh, np.clip(values, low, high), levels=np.linspace(low, high, 41), antialiased=False)
+    levels = np.linspace(low, high, 41)
+    levels[-1] += 1e-6 * (high - low)  # what has the highest value lies below the last level
+    filled = axes.tricontourf(mesh, np.clip(values, low, high), levels=levels, antialiased=False)
     if isotherm is not None and values.min() < isotherm < values.max():
         axes.tricontour(mesh, values, levels=[isotherm], colors="white", linewidths=1.4)
-    for ends in np.asarray(cracks):
+    for ends in cracks:
         axes.plot(*(factor * ends.T), color="black", linewidth=1.6)
     axes.set(xlabel=f"{'xyz'[across[0]]} [{unit}]", ylabel=f"{'xyz'[across[1]]} [{unit}]", aspect="equal")
     axes.grid(False)
@@ -262,6 +294,11 @@ def isotherm_of(result: Result) -> float | None:
     return float(number) + (273.15 if unit == "degC" else 0) - (273.15 if result.uses_celsius else 0)
 
 
+def put_title(figure: Figure, text: str) -> None:
+    """Over the whole figure: the axes may be much narrower."""
+    figure.suptitle(text, x=0.01, ha="left", fontsize=10)
+
+
 def section_figure(fields: Fields, plane: tuple[str, float] | None) -> tuple[Figure, Axes]:
     """As high as the section is wide, within limits."""
     points, across, _ = cut(fields, plane)
@@ -276,13 +313,13 @@ def section(result: Result, name: str = "temperature", t: float | None = None,
     fields = result.shown(result.fields(t))
     figure, axes = section_figure(fields, plane)
     isotherm = isotherm_of(result) if name == "temperature" else None
-    filled = draw_section(axes, fields, name, plane, isotherm=isotherm, cracks=cracks_of(result))
+    filled = draw_section(axes, result, name, t, plane, isotherm=isotherm)
     colour_bar(figure, filled, axes, field(fields, name)[1])
     factor, unit = length_unit(fields.x)
     where = ""
     if fields.dimension == 3:
         where = f", section {plane[0]} = {factor * plane[1]:g} {unit}" if plane else ", section through the middle"
-    axes.set_title(f"{result.title}: {time_text(fields.t, result.report['case'])}{where}")
+    put_title(figure, f"{result.title}: {time_text(fields.t, result.report['case'])}{where}")
     return figure
 
 
@@ -312,7 +349,7 @@ def surface(result: Result, name: str = "temperature", t: float | None = None) -
         axis.pane.set_visible(False)
         axis.set_major_locator(matplotlib.ticker.MaxNLocator(4 if extent > 0.4 * (high - low).max() else 1))
     figure.colorbar(polygons, ax=axes, label=label, location="bottom", shrink=0.6, aspect=35, pad=0.06).outline.set_visible(False)
-    axes.set_title(f"{result.title}: {time_text(fields.t, result.report['case'])}")
+    put_title(figure, f"{result.title}: {time_text(fields.t, result.report['case'])}")
     return figure
 
 
@@ -364,9 +401,8 @@ def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", pl
 
         def show(n: int) -> None:
             axes.clear()
-            fields = result.shown(result.fields(result.times[n]))
-            draw_section(axes, fields, name, plane, isotherm=isotherm, limits=limits, cracks=cracks_of(result))
-            axes.set_title(f"{result.title}: t = {result.times[n]:.4g} s")
+            draw_section(axes, result, name, result.times[n], plane, isotherm=isotherm, limits=limits)
+            put_title(figure, f"{result.title}: t = {result.times[n]:.4g} s")
 
         film = FuncAnimation(figure, show, frames=len(result.times))
         try:

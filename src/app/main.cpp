@@ -7,6 +7,7 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <thread>
 
@@ -93,6 +94,8 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
 
 int main(int argc, char** argv) {
   end_with_launcher();
+  // Alone, without Open MPI's helper process: those of runs that start at once trip over each other's folders.
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
   spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
   spdlog::set_pattern("%v");
   spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only

@@ -260,9 +260,12 @@ FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Lab
     : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
   of_points_.push_back({"id", {}, {cloud.id.begin(), cloud.id.begin() + cloud.owned}});
   of_points_.push_back({"tag", cloud.tags, {cloud.tag.begin(), cloud.tag.begin() + cloud.owned}});
-  Label face{"face", cloud.faces};
-  for (const Facet& facet : cloud.facets) face.values.push_back(facet.face);
-  of_facets_.push_back(std::move(face));
+  Label face{"face", cloud.faces}, point{"point", {}};
+  for (const Facet& facet : cloud.facets) {
+    face.values.push_back(facet.face);
+    point.values.push_back(cloud.id[facet.point]);
+  }
+  of_facets_.insert(of_facets_.end(), {face, point});
 
   std::vector<int> facets(cloud.facets.size());
   std::iota(facets.begin(), facets.end(), 0);

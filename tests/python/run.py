@@ -233,16 +233,21 @@ BLOCK = {**{key: value for key, value in RING.items() if key not in ("cloud", "b
          "boundary": {"a": {"on": "zmin", "temperature": "300 K"}, "b": {"on": "zmax", "temperature": "340 K"}}}
 
 
+def area_of(mesh):
+    """Of the triangles that are shown."""
+    a, b, c = (np.column_stack([mesh.x, mesh.y])[mesh.get_masked_triangles()[:, n]] for n in range(3))
+    return 0.5 * abs(np.cross(b - a, c - a)).sum()
+
+
 class Pictures(unittest.TestCase):
     setUp = Package.setUp
 
     def test_triangles_cover_the_body_and_leave_its_holes(self):
         from calor import plot
         fields = shared(RING).fields()
-        mesh = plot.triangles(fields, np.arange(len(fields.x)), [0, 1], 1, np.empty((0, 2, 2)))
-        (a, b, c) = (fields.x[mesh.get_masked_triangles()[:, n], :2] for n in range(3))
-        area = 0.5 * abs(np.cross(b - a, c - a)).sum()
-        self.assertAlmostEqual(area, np.pi * (20e-3**2 - 10e-3**2), delta=0.02 * area)
+        mesh = plot.triangles(fields, shared(RING).surface(), np.arange(len(fields.x)), [0, 1], 1)
+        area = np.pi * (20e-3**2 - 10e-3**2)
+        self.assertAlmostEqual(area_of(mesh), area, delta=0.01 * area)
 
     def test_no_triangle_crosses_a_crack(self):
         from calor import plot
@@ -251,10 +256,22 @@ class Pictures(unittest.TestCase):
         cracks = plot.cracks_of(result)
         np.testing.assert_allclose(cracks, [[[10e-3, 0], [10e-3, 20e-3]]])
         fields = result.fields()
-        mesh = plot.triangles(fields, np.arange(len(fields.x)), [0, 1], 1, cracks)
+        mesh = plot.triangles(fields, result.surface(), np.arange(len(fields.x)), [0, 1], 1, cracks)
         x = fields.x[mesh.get_masked_triangles(), 0]
         self.assertGreater(len(x), 0)
         self.assertTrue(((x < 10e-3).all(1) | (x > 10e-3).all(1)).all())
+
+    def test_no_triangle_crosses_a_gap_however_narrow(self):
+        from calor import plot
+        below, above = ({"shape": "rectangle", "size": ["20 mm", "5 mm"], "at": ["0 mm", y], "name": name}
+                        for name, y in (("below", "0 mm"), ("above", "5.1 mm")))
+        result = Case({**RING, "title": "Gap", "cloud": {"shape": "surface", "spacing": "1 mm", "part": [below, above]},
+                       "boundary": {"cold": {"on": "below.ymin", "temperature": "300 K"}, "hot": {"on": "above.ymax", "temperature": "400 K"}}}).run()
+        fields = result.fields()
+        mesh = plot.triangles(fields, result.surface(), np.arange(len(fields.x)), [0, 1], 1)
+        y = fields.x[mesh.get_masked_triangles(), 1]
+        self.assertAlmostEqual(area_of(mesh), 2 * 20e-3 * 5e-3, delta=1e-9)
+        self.assertTrue(((y < 5.05e-3).all(1) | (y > 5.05e-3).all(1)).all())
 
     def test_a_section_has_the_temperatures_of_its_plane(self):
         from calor import plot

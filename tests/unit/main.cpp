@@ -33,6 +33,7 @@ bool leaks() {
 int main(int argc, char** argv) {
   // Properties are tried on the same random inputs each time, unless told otherwise: RC_PARAMS="seed=7".
   setenv("RC_PARAMS", "seed=1", 0);
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);  // as the command: tests run side by side
   ::testing::InitGoogleTest(&argc, argv);
   start(&argc, &argv);
   calor::petsc::collect_errors();
