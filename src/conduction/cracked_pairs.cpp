@@ -196,7 +196,7 @@ Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts
   const std::size_t before = neighbours.column.size();
   auto pairs =
       std::make_unique<PairConduction>(cracked_pairs(cloud, parts, cracks, std::move(neighbours), std::move(G), done));
-  const auto cut = total(cloud.comm, static_cast<std::int64_t>(before - pairs->neighbours().column.size()));
+  const auto cut = total(cloud.comm, static_cast<std::int64_t>(before) - pairs->rows().entries());
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());
   Discretisation discretisation = nodal_discretisation(cloud, conditions, std::move(pairs));

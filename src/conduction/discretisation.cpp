@@ -49,8 +49,9 @@ std::optional<std::string> note_of_jumps(const Cloud& cloud, const Conduction& c
     for (std::size_t n = 0; n < p.place.size(); ++n) meet[p.place[n]] |= p.share[n] < 1;
   int where = -1;
   double largest = 1;
+  std::vector<std::int32_t> buffer;
   for (int i = 0; i < cloud.owned; ++i) {
-    for (const std::int32_t j : conduction.coupled(i)) {
+    for (const std::int32_t j : conduction.coupled(i, buffer)) {
       const Vec3 r = cloud.x[j] - cloud.x[i];
       if (part[i] != part[j] || meet[i] || meet[j] || !(norm(r) < 1.5 * std::min(cloud.spacing[i], cloud.spacing[j])))
         continue;

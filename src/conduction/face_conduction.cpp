@@ -20,6 +20,7 @@ FaceConduction::FaceConduction(const Cloud& cloud, Faces faces, FaceRows rows, b
   two_point_ = !any(cloud.comm, !two_point_);  // a rank of few faces must choose the same solvers as the others
   order_sides();
   find_coupled();
+  if (nodal_ && two_point_) pack_pairs();
 }
 
 void FaceConduction::order_sides() {
@@ -44,6 +45,22 @@ void FaceConduction::order_sides() {
     std::sort(side_.begin() + first_side_[i], side_.begin() + first_side_[i + 1],
               [&](const Side& s, const Side& t) { return other(s) < other(t); });
   }
+}
+
+void FaceConduction::pack_pairs() {
+  Neighbours pairs{.row = {0}, .column = {}};
+  std::vector<double> G;
+  for (int i = 0; i < cloud_.owned; ++i) {
+    for (const Side& s : sides(i)) {
+      const std::int32_t a = faces_.a[s.face], b = faces_.b[s.face];
+      const auto columns = rows_.flux.columns(s.face);
+      const auto at_b = std::ranges::find(columns, b) - columns.begin();
+      pairs.column.push_back(s.sign > 0 ? b : a);
+      G.push_back(rows_.flux.values(s.face)[at_b]);
+    }
+    pairs.row.push_back(static_cast<std::int64_t>(G.size()));
+  }
+  pairs_ = PairRows(pairs, G);
 }
 
 void FaceConduction::find_coupled() {
@@ -90,6 +107,7 @@ double FaceConduction::flow(const Conductivity& k, std::span<const double> T, st
 }
 
 void FaceConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
+  if (nodal_ && two_point_) return pairs_.add_fluxes(k, T, F);
   std::vector<double> f(faces_.size());
   for (std::size_t q = 0; q < f.size(); ++q) f[q] = flow(k, T, q);
   for (int i = 0; i < cloud_.owned; ++i) {
@@ -127,7 +145,8 @@ void FaceConduction::add_jacobian(const Conductivity& k, std::span<const double>
       for (std::int64_t n = g.row[q]; n < g.row[q + 1]; ++n) row[g.column[n]] += factor * g.value[n];
       if (!k.dk_dT.empty()) add_conductivity(q, s.sign);
     }
-    columns.assign(coupled(i).begin(), coupled(i).end());
+    const auto others = coupled(i, columns);
+    columns.assign(others.begin(), others.end());
     columns.push_back(i);
     values.clear();
     for (const std::int32_t j : columns) values.push_back(std::exchange(row[j], 0.0));
@@ -170,7 +189,7 @@ void FaceConduction::heat_flux(const Conductivity& k, std::span<const double> T,
   }
 }
 
-std::span<const std::int32_t> FaceConduction::coupled(int i) const {
+std::span<const std::int32_t> FaceConduction::coupled(int i, std::vector<std::int32_t>& /*buffer*/) const {
   return {coupled_.data() + first_coupled_[i], static_cast<std::size_t>(first_coupled_[i + 1] - first_coupled_[i])};
 }
 

@@ -9,6 +9,7 @@
 #include "cloud/cloud.hpp"
 #include "conduction/faces.hpp"
 #include "conduction/heat_term.hpp"
+#include "conduction/pair_rows.hpp"
 
 namespace calor {
 
@@ -32,7 +33,7 @@ class FaceConduction final : public Conduction {
   void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
   void heat_flux(const Conductivity& k, std::span<const double> u, std::span<Vec3> q) const override;
   using Conduction::add_jacobian, Conduction::add_rate, Conduction::add_row_sums, Conduction::heat_flux;
-  std::span<const std::int32_t> coupled(int i) const override;
+  std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
   Traits traits() const override { return {.is_symmetric = two_point_}; }
 
   bool is_nodal() const { return nodal_; }
@@ -48,6 +49,7 @@ class FaceConduction final : public Conduction {
     return {side_.data() + first_side_[i], static_cast<std::size_t>(first_side_[i + 1] - first_side_[i])};
   }
   void order_sides();
+  void pack_pairs();
   void find_coupled();
   double slope(std::size_t q, std::span<const double> T) const;                        // g_q . T
   double mean(const Conductivity& k, std::size_t q) const;                             // k_q
@@ -58,6 +60,7 @@ class FaceConduction final : public Conduction {
   FaceRows rows_;
   bool nodal_;
   bool two_point_ = true;  // every flux row holds the two points of its face only
+  PairRows pairs_;         // of temperatures of points and two-point fluxes: what flows, as that of pairs
   std::vector<std::int64_t> first_side_, first_coupled_;
   std::vector<Side> side_;
   std::vector<std::int32_t> coupled_;

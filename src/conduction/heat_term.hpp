@@ -68,7 +68,8 @@ class Conduction : public HeatTerm {
   /// Heat flux vector at the owned points, W/m^2; exact for linear temperatures.
   virtual void heat_flux(const Conductivity& k, std::span<const double> u, std::span<Vec3> q) const = 0;
   /// Points that couple to owned point i (without i), by conduction, capacity or value: the sparsity of the Jacobian.
-  virtual std::span<const std::int32_t> coupled(int i) const = 0;
+  /// `buffer` is room for them where they are not kept in this form.
+  virtual std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const = 0;
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> /*power*/) final {
     with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { add_rate(k, at.u(), F); });

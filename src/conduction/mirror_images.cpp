@@ -112,6 +112,21 @@ void add_values(const Cloud& cloud, int m, std::uint32_t set, const std::array<i
   }
 }
 
+/// Pairs that carry nothing, as those across the lines of a lattice, need not be looked at.
+void remove_pairs_without_weight(Neighbours& pairs, std::vector<double>& G) {
+  std::size_t kept = 0, n = 0;
+  for (std::size_t i = 0; i + 1 < pairs.row.size(); ++i) {
+    for (const auto end = static_cast<std::size_t>(pairs.row[i + 1]); n < end; ++n) {
+      if (G[n] == 0) continue;
+      pairs.column[kept] = pairs.column[n];
+      G[kept++] = G[n];
+    }
+    pairs.row[i + 1] = static_cast<std::int64_t>(kept);
+  }
+  pairs.column.resize(kept);
+  G.resize(kept);
+}
+
 }  // namespace
 
 MirroredNeighbours find_mirrored_neighbours(const Cloud& cloud, const Support& support, const Conditions& conditions,
@@ -158,6 +173,7 @@ PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours
                       Layers layers, std::span<const PrescribedTerm> temperatures, const PairDirections& directions) {
   Neighbours& all = mirrored.neighbours;
   const auto pairs = [&] {
+    remove_pairs_without_weight(all, G);
     return std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G), CrackBonds(), directions);
   };
   if (all.mirrors.empty()) return {pairs(), nullptr};

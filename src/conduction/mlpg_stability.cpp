@@ -86,8 +86,9 @@ class Entries final : public JacobianEntries {
 /// C/dt + factor K with rho c = k = 1.
 petsc::Matrix stepping_matrix(const Cloud& cloud, const FaceConduction& conduction, double dt, double factor) {
   std::vector<PetscInt> diagonal(cloud.owned, 1), off_diagonal(cloud.owned, 0);
+  std::vector<std::int32_t> buffer;
   for (int i = 0; i < cloud.owned; ++i)
-    for (const int j : conduction.coupled(i)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
+    for (const int j : conduction.coupled(i, buffer)) ++(j < cloud.owned ? diagonal : off_diagonal)[i];
   petsc::Matrix matrix = petsc::create_matrix(cloud.comm, diagonal, off_diagonal);
   const std::vector<PetscInt> number(cloud.global.begin(), cloud.global.end());
   petsc::RowAdder capacities(matrix, number);

@@ -7,6 +7,7 @@
 #include "cloud/neighbours.hpp"
 #include "conduction/heat_term.hpp"
 #include "conduction/pair_directions.hpp"
+#include "conduction/pair_rows.hpp"
 #include "conduction/series_pairs.hpp"
 
 namespace calor {
@@ -26,23 +27,23 @@ class PairConduction final : public Conduction {
   void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
   void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
   using Conduction::add_jacobian, Conduction::add_rate, Conduction::add_row_sums, Conduction::heat_flux;
-  std::span<const std::int32_t> coupled(int i) const override { return neighbours_.of(i); }
+  std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
   Traits traits() const override { return {.is_constant = series_.openings().empty() && !series_.depends_on_T()}; }
   std::vector<double> events() const override { return series_.openings(); }
   /// Opens the cracks whose time has come.
   void apply(double t) override { series_.open(t); }
   const QuadraturePoints* ends() const override { return series_.exist() ? &series_.ends() : nullptr; }
 
-  const Neighbours& neighbours() const { return neighbours_; }
-  std::span<const double> weights() const { return G_; }
+  const PairRows& rows() const { return rows_; }
 
  private:
   const Cloud& cloud_;
-  Neighbours neighbours_;
-  std::vector<double> G_;  ///< 0 for the pairs in series_
   SeriesPairs series_;
-  Symmetric3 R_ = {1, 1, 1};    ///< that G_ holds in the whole body; or
-  std::vector<double> factor_;  ///< R along every entry of G_, which holds it; empty: none
+  PairRows rows_;             ///< G, 0 for the pairs in series_
+  Symmetric3 R_ = {1, 1, 1};  ///< that the weights hold in the whole body; or
+  /// Where every part has an R of its own, along which the weights hold it: those R and the parts of the owned points.
+  std::vector<Symmetric3> R_of_parts_;
+  std::vector<int> part_;
 };
 
 }  // namespace calor

@@ -3,45 +3,77 @@
 // conserved to round-off, and exactly zero where the temperature is uniform.
 #include <span>
 
+#include "base/simd.hpp"
 #include "conduction/evaluation.hpp"
 
 namespace calor {
 
+// A flux says what it needs of a point, at(load) with load(p) = p[i], and makes kbar_ij (T_j - T_i) of two points. A
+// load gives the value of one point or those of several at once, in a vector.
+
 struct IntegralFlux {
-  const double* __restrict theta;
-  double operator()(std::int32_t i, std::int32_t j) const { return theta[j] - theta[i]; }
+  const double* theta;
+  template <class Load>
+  CALOR_ALWAYS_INLINE auto at(const Load& load) const {
+    return load(theta);
+  }
+  template <class V>
+  CALOR_ALWAYS_INLINE static V between(const V& theta_i, const V& theta_j) {
+    return theta_j - theta_i;
+  }
+};
+
+template <class V>
+struct PointState {
+  V k, T;
 };
 
 struct ArithmeticFlux {
-  const double* __restrict k;
-  const double* __restrict T;
-  double operator()(std::int32_t i, std::int32_t j) const { return 0.5 * (k[i] + k[j]) * (T[j] - T[i]); }
+  const double *k, *T;
+  template <class Load>
+  CALOR_ALWAYS_INLINE auto at(const Load& load) const {
+    return PointState<decltype(load(T))>{load(k), load(T)};
+  }
+  template <class V>
+  CALOR_ALWAYS_INLINE static V between(const PointState<V>& i, const PointState<V>& j) {
+    return 0.5 * (i.k + j.k) * (j.T - i.T);
+  }
 };
 
 /// Keeps the harmonic mean of two insulators from being 0 / 0; no conductivity is so small.
 constexpr double tiny_conductivity = 1e-100;  // W/(m K)
 
 struct HarmonicFlux {
-  const double* __restrict k;
-  const double* __restrict T;
-  double operator()(std::int32_t i, std::int32_t j) const {
-    return 2 * (k[i] * k[j]) / (k[i] + k[j] + tiny_conductivity) * (T[j] - T[i]);
+  const double *k, *T;
+  template <class Load>
+  CALOR_ALWAYS_INLINE auto at(const Load& load) const {
+    return PointState<decltype(load(T))>{load(k), load(T)};
+  }
+  template <class V>
+  CALOR_ALWAYS_INLINE static V between(const PointState<V>& i, const PointState<V>& j) {
+    return 2 * (i.k * j.k) / (i.k + j.k + tiny_conductivity) * (j.T - i.T);
   }
 };
 
-/// Calls `loop` with the pair flux kbar_ij (T_j - T_i) of this mean.
-template <class Loop>
-void with_flux(const Conductivity& k, std::span<const double> T, const Loop& loop) {
+/// Calls `use` with the flux of this mean.
+template <class Use>
+void with_flux(const Conductivity& k, std::span<const double> T, const Use& use) {
   switch (k.mean) {
     case Mean::integral:
-      return loop(IntegralFlux{k.theta.data()});
+      return use(IntegralFlux{k.theta.data()});
     case Mean::arithmetic:
-      return loop(ArithmeticFlux{k.k.data(), T.data()});
+      return use(ArithmeticFlux{k.k.data(), T.data()});
     case Mean::harmonic:
-      return loop(HarmonicFlux{k.k.data(), T.data()});
+      return use(HarmonicFlux{k.k.data(), T.data()});
   }
 }
 
+/// The flux from j to i.
+template <class Flux>
+double pair_flux(const Flux& flux, std::int32_t i, std::int32_t j) {
+  const auto of = [](std::int32_t point) { return [point](const double* p) { return p[point]; }; };
+  return Flux::between(flux.at(of(i)), flux.at(of(j)));
+}
 /// kbar(k_i, k_j) and its derivatives by k_i and k_j; not for Mean::integral.
 struct MeanConductivity {
   double value, by_i, by_j;

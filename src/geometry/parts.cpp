@@ -266,8 +266,9 @@ void declare_parts(Schema& schema) {
             Kind::choice,
             "",
             "automatic",
-            "How two points of one part share a conductivity. automatic: integral for one material with k(T), harmonic "
-            "for values given in layers, arithmetic for the rest. Across an interface the parts conduct in series.",
+            "How two points of one part share a conductivity. automatic: integral for one material with k or k(T), "
+            "harmonic for values given in layers, arithmetic for the rest. Across an interface the parts conduct in "
+            "series.",
             {"automatic", "integral", "arithmetic", "harmonic"}},
            {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
            {"start", Kind::quantity, "m", optional,

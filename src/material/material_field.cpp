@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "base/reduce.hpp"
 #include "material/invert.hpp"
 #include "material/materials.hpp"
 
@@ -76,6 +77,7 @@ struct MaterialField::Impl {
   Mean mean = Mean::arithmetic;
   bool k_depends_on_T = false, k_depends_on_time = false, capacity_depends_on_T = false, has_capacity = true;
   mutable double safe_low = 0, safe_high = 0;  // k(T) was looked at between these
+  mutable std::vector<double> per_rho_c;       // 1 / (rho c) of the first points, where it does not depend on T
 
   void bind(std::span<const PlacesOfPart> at_point, std::span<const PlacesOfPart> in_cell);
 
@@ -207,7 +209,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
   p.mean = mean == "integral"              ? Mean::integral
            : mean == "arithmetic"          ? Mean::arithmetic
            : mean == "harmonic" || layered ? Mean::harmonic
-           : one_of_T && p.k_depends_on_T  ? Mean::integral
+           : one_of_T                      ? Mean::integral
                                            : Mean::arithmetic;
 }
 
@@ -282,11 +284,9 @@ void MaterialField::conductivity(double t, std::span<const double> T, std::span<
 void MaterialField::theta(std::span<const double> T, std::span<double> theta) const {
   const Impl& p = *impl_;
   const Region& r = p.regions[0];
-  bool finite = true;
-  double low = std::numeric_limits<double>::max(), high = -low;
-  for (const double v : T) low = std::min(low, v), high = std::max(high, v), finite &= v - v == 0;
   // theta alone would not show a k that is not positive. k is looked at only when temperatures leave what was seen.
-  if (!T.empty() && p.k_depends_on_T && (!finite || low < p.safe_low || high > p.safe_high)) {
+  auto [low, high] = p.k_depends_on_T ? extremes_of(T) : Extremes{};
+  if (!T.empty() && p.k_depends_on_T && (low < p.safe_low || high > p.safe_high || !all_finite(T))) {
     Scratch k, samples;
     const auto look = [&](std::span<const double> T, std::size_t first) {
       for (std::size_t n = 0; n < T.size(); n += block) {
@@ -326,16 +326,19 @@ void MaterialField::enthalpy(std::span<const double> T, std::span<double> H, std
 void MaterialField::temperature(std::span<const double> H, std::span<double> T) const {
   const Impl& p = *impl_;
   const std::span<double> all = T.first(H.size());
-  Scratch rho_c;
+  if (!capacity_depends_on_T()) {
+    if (p.per_rho_c.size() < H.size()) {
+      p.per_rho_c.resize(H.size());
+      p.enthalpy(0, all, {}, p.per_rho_c);
+      for (double& value : p.per_rho_c) value = 1 / value;
+    }
+    for (std::size_t i = 0; i < H.size(); ++i) all[i] = p.reference + H[i] * p.per_rho_c[i];
+    return;
+  }
   for (std::size_t first = 0; first < H.size(); first += block) {
     const std::size_t n = std::min(block, H.size() - first);
     const auto H_here = H.subspan(first, n);
     const auto T_here = all.subspan(first, n);
-    if (!capacity_depends_on_T()) {
-      p.enthalpy(first, T_here, {}, {rho_c.data(), n});
-      for (std::size_t i = 0; i < n; ++i) T_here[i] = p.reference + H_here[i] / rho_c[i];
-      continue;
-    }
     const auto evaluate = [&](std::span<const double> T, std::span<double> H, std::span<double> c) {
       p.enthalpy(first, T, H, c);
     };

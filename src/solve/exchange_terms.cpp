@@ -44,14 +44,7 @@ Traits SurfaceFluxTerm::traits() const {
 }
 
 void SourceTerm::add_rate(Evaluation& at, std::span<double> F, std::span<double> power) {
-  power_.assign(F.size(), 0);
-  source_.add_power(at.t(), at.T(), power_);
-  double total = 0;
-  for (std::size_t i = 0; i < F.size(); ++i) {
-    F[i] += power_[i];
-    total += power_[i];
-  }
-  power[account_] += total;
+  power[account_] += source_.add_power(at.t(), at.T(), F);
 }
 
 std::span<const double> SourceTerm::derivative(Evaluation& at) {

@@ -44,7 +44,7 @@ class SourceTerm final : public HeatTerm {
 
   Source& source_;
   int account_;
-  std::vector<double> power_, derivative_;
+  std::vector<double> derivative_;
 };
 
 }  // namespace calor

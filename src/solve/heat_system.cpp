@@ -50,6 +50,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
   keeps_range_ =
       discretisation_.weights_are_positive && sources_.empty() &&
       std::ranges::all_of(conditions_.fluxes, [](const auto& term) { return term.flux->draws_to_ambient(); });
+  for (int i = 0; i < cloud.owned; ++i) per_volume_.push_back(1 / cloud.volume[i]);
   std::vector<double> is_known(cloud.local());  // doubles, as the halo carries them
   for (const auto& constraint : discretisation_.constraints) {
     has_massless_points_ = has_massless_points_ || constraint->is_massless();
@@ -59,6 +60,8 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       if (constraint->fixes_dofs()) is_known[i] = 1;
     }
   }
+  for (int i = 0; i < cloud.owned; ++i)
+    if (role_[i] != Role::free) not_free_.push_back(i);
   cloud.halo.update(is_known);
   is_known_.assign(is_known.begin(), is_known.end());
 }
@@ -146,18 +149,14 @@ void HeatSystem::capacity(std::span<const double> u, std::span<double> C) {
   collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, {}, C); });
 }
 
-void HeatSystem::find_temperatures(std::span<const double> E, std::span<double> T) const {
+void HeatSystem::find_temperatures(std::span<const double> E, std::span<double> T) {
   // Prescribed points keep their temperature: before the wall's reaction is booked, what F alone would make of them can
   // lie far outside the material's range. So do points that hold no heat.
-  std::vector<double> H(cloud_.owned), kept;
-  for (int i = 0; i < cloud_.owned; ++i) {
-    H[i] = role_[i] == Role::free ? E[i] / cloud_.volume[i] : 0;
-    if (role_[i] != Role::free) kept.push_back(T[i]);
-  }
-  collective_try(cloud_.comm, [&] { material().temperature(H, T); });
-  auto value = kept.begin();
-  for (int i = 0; i < cloud_.owned; ++i)
-    if (role_[i] != Role::free) T[i] = *value++;
+  H_.resize(cloud_.owned), kept_.clear();
+  for (std::size_t i = 0; i < H_.size(); ++i) H_[i] = E[i] * per_volume_[i];
+  for (const int i : not_free_) H_[i] = 0, kept_.push_back(T[i]);
+  collective_try(cloud_.comm, [&] { material().temperature(H_, T); });
+  for (std::size_t n = 0; n < not_free_.size(); ++n) T[not_free_[n]] = kept_[n];
 }
 
 void HeatSystem::temperature(std::span<const double> E, std::span<double> u) {
@@ -295,7 +294,7 @@ bool HeatSystem::level_is_fixed() const {
   return any(cloud_.comm, fixed);
 }
 
-HeatSystem::Extremes HeatSystem::outer_temperatures(double t) {
+Extremes HeatSystem::outer_temperatures(double t) {
   Extremes range;
   const auto see = [&](double T) { range.low = std::min(range.low, T), range.high = std::max(range.high, T); };
   collective_try(cloud_.comm, [&] {
@@ -309,15 +308,24 @@ HeatSystem::Extremes HeatSystem::outer_temperatures(double t) {
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 
-HeatSystem::Extremes HeatSystem::temperature_extremes(double t, std::span<const double> u) {
-  Extremes range = outer_temperatures(t);
-  at_.begin(t, u);
-  for (const double T : at_.T()) range.low = std::min(range.low, T), range.high = std::max(range.high, T);
+Extremes HeatSystem::body_temperatures(std::span<double> u) {
+  if (!discretisation_.dofs->are_temperatures()) cloud_.halo.update(u);
+  at_.begin(0, u);
+  const Extremes range = extremes_of(at_.T());
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
+}
+
+Extremes HeatSystem::temperature_extremes(double t, std::span<const double> u) {
+  const Extremes outer = outer_temperatures(t);
+  at_.begin(t, u);
+  const Extremes body = extremes_of(at_.T());
+  return {.low = min(cloud_.comm, std::min(body.low, outer.low)),
+          .high = max(cloud_.comm, std::max(body.high, outer.high))};
 }
 
 void HeatSystem::require_finite(double t, std::span<const double> u) const {
   collective_try(cloud_.comm, [&] {
+    if (all_finite(u.first(cloud_.owned))) return;
     for (int i = 0; i < cloud_.owned; ++i) {
       if (std::isfinite(u[i])) continue;
       const Vec3& x = cloud_.x[i];

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "base/petsc.hpp"
+#include "base/reduce.hpp"
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/discretisation.hpp"
@@ -142,12 +143,10 @@ class HeatSystem {
   void apply(double t);
   /// Are there points that hold no heat and follow from algebraic rows? Collective.
   bool has_massless_points() const { return has_massless_points_; }
-  struct Extremes {
-    double low = std::numeric_limits<double>::infinity(), high = -low;
-    double span() const { return high - low; }
-  };
   /// Lowest and highest temperature of walls and ambients at time t, K. Collective.
   Extremes outer_temperatures(double t);
+  /// Of the body, K; updates the ghosts of u. Collective.
+  Extremes body_temperatures(std::span<double> u);
   /// The same of body, walls and ambients; ghosts of u up to date. Collective.
   Extremes temperature_extremes(double t, std::span<const double> u);
   double temperature_span(double t, std::span<const double> u) { return temperature_extremes(t, u).span(); }
@@ -170,7 +169,7 @@ class HeatSystem {
   /// The Jacobian; `frozen` leaves the derivative of k out.
   void assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen, Mat J);
   /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
-  void find_temperatures(std::span<const double> E, std::span<double> T) const;
+  void find_temperatures(std::span<const double> E, std::span<double> T);
   double rate_of_values_over_bound();
   /// Largest row sum over heat capacity, with a factor to those of surfaces and sources. Collective.
   double largest_row_sum(double t, std::span<double> u, double exchange_factor);
@@ -188,6 +187,9 @@ class HeatSystem {
   std::vector<Role> role_;      ///< of owned points
   std::vector<char> is_known_;  ///< of local points: its degree of freedom
   std::vector<int> prescribed_;
+  std::vector<int> not_free_;       ///< owned points whose temperature does not follow from their heat
+  std::vector<double> per_volume_;  ///< 1 / V of the owned points, m^-3
+  std::vector<double> H_, kept_;    ///< room
   bool has_massless_points_ = false, keeps_range_ = false;
   double explicit_over_bound_ = 0;  ///< see explicit_rate_bound; 0: not yet known
 };

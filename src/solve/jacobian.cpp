@@ -52,8 +52,9 @@ petsc::Matrix HeatSystem::create_jacobian() const {
     for (std::int32_t j : columns)
       if (j != i && !is_known_[j]) ++(j < cloud_.owned ? diagonal : off_diagonal)[i];
   };
+  std::vector<std::int32_t> buffer;
   for (int i = 0; i < cloud_.owned; ++i)
-    if (role_[i] == Role::free) count(i, discretisation_.conduction->coupled(i));
+    if (role_[i] == Role::free) count(i, discretisation_.conduction->coupled(i, buffer));
   for (const auto& constraint : discretisation_.constraints)
     for (std::size_t n = 0; n < constraint->points().size(); ++n)
       count(constraint->points()[n], constraint->coupled(n));

@@ -41,8 +41,9 @@ std::optional<Vec3> HeatSystem::loose_part(std::span<const double> T) {
       for (const int i : constraint->points()) fixing[i] = 1;
 
   Sets sets(static_cast<int>(cloud_.local()));
+  std::vector<std::int32_t> buffer;
   for (int i = 0; i < cloud_.owned; ++i)
-    for (const std::int32_t j : discretisation_.conduction->coupled(i)) sets.join(i, j);
+    for (const std::int32_t j : discretisation_.conduction->coupled(i, buffer)) sets.join(i, j);
 
   // 1 for points of fixed parts; what one rank finds goes on to its neighbours until nothing changes.
   std::vector<double> is_fixed(cloud_.local()), of_set(cloud_.local());

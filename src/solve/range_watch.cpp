@@ -17,16 +17,13 @@ constexpr double part_of_spread = 1e-2;
 
 void RangeWatch::begin(HeatSystem& system, const State& state) {
   std::vector<double> u = state.T;
-  for (const double value : system.temperatures(u))
-    range_.low = std::min(range_.low, value), range_.high = std::max(range_.high, value);
-  const MPI_Comm comm = system.cloud().comm;
-  range_ = {.low = min(comm, range_.low), .high = max(comm, range_.high)};
+  range_ = system.body_temperatures(u);
   see(system, state.t, state.t);
 }
 
 void RangeWatch::see(HeatSystem& system, double t_old, double t_new) {
   for (const double t : {0.5 * (t_old + t_new), t_new}) {
-    const HeatSystem::Extremes outer = system.outer_temperatures(t);
+    const Extremes outer = system.outer_temperatures(t);
     range_ = {.low = std::min(range_.low, outer.low), .high = std::max(range_.high, outer.high)};
   }
 }
@@ -36,25 +33,24 @@ double RangeWatch::excess_of(const HeatSystem& system, double T) const {
   return is_absolute() ? -T : 0;
 }
 
-double RangeWatch::excess(HeatSystem& system, std::span<const double> T) const {
+double RangeWatch::excess_of(const HeatSystem& system, const Extremes& body) const {
   constexpr double round_off = 1e-9;  // of the hottest point: walls may be at 0 K
-  double largest = 0, hottest = 0;
-  for (const double value : T)
-    largest = std::max(largest, excess_of(system, value)), hottest = std::max(hottest, std::abs(value));
-  largest = max(system.cloud().comm, largest);
-  return largest > round_off * max(system.cloud().comm, hottest) ? largest : 0;
+  const double largest = std::max({0.0, excess_of(system, body.low), excess_of(system, body.high)});
+  return largest > round_off * std::max(std::abs(body.low), std::abs(body.high)) ? largest : 0;
 }
 
-void RangeWatch::require(HeatSystem& system, double t, std::span<const double> T, double allowed) const {
-  const double largest = excess(system, T);
-  if (!system.keeps_range()) {  // nothing tells how far temperatures may go, but what they are
-    double low = 0, high = 0;
-    for (const double value : T) low = std::min(low, value), high = std::max(high, value);
-    const MPI_Comm comm = system.cloud().comm;
-    allowed = std::max(allowed, part_of_spread * (max(comm, high) - min(comm, low)));
-  }
+double RangeWatch::excess(HeatSystem& system, std::span<double> u) const {
+  return excess_of(system, system.body_temperatures(u));
+}
+
+void RangeWatch::require(HeatSystem& system, double t, std::span<double> u, double allowed) const {
+  const Extremes body = system.body_temperatures(u);
+  const double largest = excess_of(system, body);
+  if (!system.keeps_range())  // nothing tells how far temperatures may go, but what they are
+    allowed = std::max(allowed, part_of_spread * (std::max(0.0, body.high) - std::min(0.0, body.low)));
   if (!(largest > allowed)) return;
   const Cloud& cloud = system.cloud();
+  const std::vector<double> T = system.temperatures(u);
   collective_try(cloud.comm, [&] {
     for (std::size_t i = 0; i < T.size(); ++i) {
       if (excess_of(system, T[i]) < largest) continue;

@@ -16,17 +16,19 @@ class RangeWatch {
   void see(HeatSystem& system, double t_old, double t_new);
 
   double span() const { return range_.span(); }
-  /// Largest distance of the temperatures of the owned points from where they can be, K. Collective.
-  double excess(HeatSystem& system, std::span<const double> T) const;
-  /// Throws Error(numbers) that names the point farthest out where that is more than `allowed`, K. Collective.
-  void require(HeatSystem& system, double t, std::span<const double> T, double allowed) const;
+  /// Largest distance of the temperatures of the points from where they can be, K; updates the ghosts of u. Collective.
+  double excess(HeatSystem& system, std::span<double> u) const;
+  /// Throws Error(numbers) that names the point farthest out where that is more than `allowed`, K; updates the ghosts
+  /// of u. Collective.
+  void require(HeatSystem& system, double t, std::span<double> u, double allowed) const;
 
  private:
   /// Data that lie below absolute zero count temperatures from somewhere else.
   bool is_absolute() const { return range_.low >= 0; }
   double excess_of(const HeatSystem& system, double T) const;
+  double excess_of(const HeatSystem& system, const Extremes& body) const;
 
-  HeatSystem::Extremes range_;
+  Extremes range_;
 };
 
 }  // namespace calor

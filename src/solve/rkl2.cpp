@@ -41,7 +41,7 @@ class Rkl2 final : public Stepper {
 
   bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
              const AfterStep& after_step) override {
-    for (Stage* stage : {&now_, &last_, &before_last_}) stage->resize(state);
+    for (Stage* stage : {&last_, &before_last_}) stage->resize(state);
     F0_.resize(state.E.size()), F_.resize(state.E.size());
     power0_.resize(state.cumulative_heat.size()), power_.resize(state.cumulative_heat.size());
 
@@ -144,21 +144,22 @@ class Rkl2 final : public Stepper {
       const double mu = (2. * j - 1) / j * b(j) / b(j - 1), nu = -(j - 1.) / j * b(j) / b(j - 2);
       const double mu_rate = mu * w1, gamma_rate = -(1 - b(j - 1)) * mu_rate;
       evaluate(system, interval.data_time(state.t + c_last * dt), T_, F_, power_);
-      const auto combine = [&](std::vector<double>& now, const std::vector<double>& last,
-                               const std::vector<double>& before_last, const std::vector<double>& start,
-                               const std::vector<double>& rate, const std::vector<double>& start_rate) {
-        for (std::size_t i = 0; i < now.size(); ++i)
-          now[i] = start[i] + mu * (last[i] - start[i]) + nu * (before_last[i] - start[i]) +
-                   dt * (mu_rate * rate[i] + gamma_rate * start_rate[i]);
+      // The new stage takes the place of the last but one.
+      const auto combine = [&](std::vector<double>& stages, const std::vector<double>& last_stage,
+                               const std::vector<double>& at_start, const std::vector<double>& rates,
+                               const std::vector<double>& start_rates) {
+        double* __restrict stage = stages.data();
+        const double* __restrict last = last_stage.data(), * __restrict start = at_start.data();
+        const double* __restrict rate = rates.data(), * __restrict start_rate = start_rates.data();
+        for (std::size_t i = 0; i < stages.size(); ++i)
+          stage[i] = start[i] + mu * (last[i] - start[i]) + nu * (stage[i] - start[i]) +
+                     dt * (mu_rate * rate[i] + gamma_rate * start_rate[i]);
       };
-      combine(now_.E, last_.E, before_last_.E, state.E, F_, F0_);
-      combine(now_.cumulative_heat, last_.cumulative_heat, before_last_.cumulative_heat, state.cumulative_heat, power_,
-              power0_);
-      const double c = j == s ? 1 : mu * c_last + nu * c_before_last + mu_rate + gamma_rate;
-      settle(system, interval.data_time(state.t + c * dt), now_);
+      combine(before_last_.E, last_.E, state.E, F_, F0_);
+      combine(before_last_.cumulative_heat, last_.cumulative_heat, state.cumulative_heat, power_, power0_);
       std::swap(before_last_, last_);
-      std::swap(last_, now_);
-      c_before_last = std::exchange(c_last, c);
+      c_before_last = std::exchange(c_last, j == s ? 1 : mu * c_last + nu * c_before_last + mu_rate + gamma_rate);
+      settle(system, interval.data_time(state.t + c_last * dt), last_);
     }
     counts.most_stages = std::max(counts.most_stages, s);
   }
@@ -174,10 +175,11 @@ class Rkl2 final : public Stepper {
   double error(HeatSystem& system, const State& state, double dt, int s) {
     const double c3 = (s * s + s - 6.) / (s * s + s - 2.) / 9;
     const double factor = (1. / 6 - c3) / (1. / 4 - c3);
-    system.capacity(T_, now_.E);
+    std::vector<double>& error = before_last_.E;  // is free now
+    system.capacity(T_, error);
     for (std::size_t i = 0; i < F_.size(); ++i)
-      now_.E[i] = factor * (state.E[i] - last_.E[i] + 0.5 * dt * (F0_[i] + F_[i])) / now_.E[i];
-    return system.largest_free(now_.E);
+      error[i] = factor * (state.E[i] - last_.E[i] + 0.5 * dt * (F0_[i] + F_[i])) / error[i];
+    return system.largest_free(error);
   }
 
   void take(State& state, double t_new) {
@@ -191,7 +193,7 @@ class Rkl2 final : public Stepper {
 
   StepControl control_;
   double euler_limit_ = 0;  ///< at the state from which the next step starts, s
-  Stage now_, last_, before_last_;
+  Stage last_, before_last_;
   std::vector<double> T_, F0_, F_, power0_, power_;
 };
 

@@ -216,7 +216,7 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
                             report.newton_iterations, report.imbalance, report.imbalance / result.residual),
                 "start nearer to the solution ([initial]), or march towards it ([time] with steady_below)");
   constexpr double part_of_span = 1e-2;  // where points are few
-  watch.require(system, state.t, system.temperatures(state.T), part_of_span * watch.span());
+  watch.require(system, state.t, state.T, part_of_span * watch.span());
   system.energy(state.T, state.E);
   return report;
 }

@@ -41,9 +41,11 @@ class BodySource final : public Source {
       follow_jumps(t);
   }
 
-  void add_power(double t, std::span<const double> T, std::span<double> P) const override {
+  double add_power(double t, std::span<const double> T, std::span<double> P) const override {
     if (depends_on_temperature()) add_up(t, T, false);
-    for (std::size_t i = 0; i < power_.size(); ++i) P[i] += power_[i];
+    double added = 0;
+    for (std::size_t i = 0; i < power_.size(); ++i) P[i] += power_[i], added += power_[i];
+    return added;
   }
   void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const override {
     if (!depends_on_temperature()) return;

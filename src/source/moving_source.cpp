@@ -96,6 +96,7 @@ class MovingSource final : public Source {
         normalise_(table.flag("normalise")),
         box_(box_body(cloud)) {
     if (box_) cells_ = lattice_cells(cloud, *box_);
+    if (cells_) find_lines();
     double low = infinity, high = -infinity;
     for (const Vec3& x : cloud.owned_points())
       low = std::min(low, x[profile.axis]), high = std::max(high, x[profile.axis]);
@@ -135,17 +136,28 @@ class MovingSource final : public Source {
                   "give it a larger radius, or the cloud a smaller spacing");
   }
 
-  void add_power(double, std::span<const double>, std::span<double> P) const override {
-    if (asked_ == 0) return;
+  double add_power(double, std::span<const double>, std::span<double> P) const override {
+    if (asked_ == 0) return 0;
+    double added = 0;
     if (is_on_lattice_) {
       const auto& [fx, fy, fz] = factor_;
-      for (std::size_t i = 0; i < P.size(); ++i) {
-        const auto& [ix, iy, iz] = cells_->index[i];
-        P[i] += power_ * fx[ix] * fy[iy] * fz[iz];
+      for (const Line& line : lines_) {
+        const double of_line = power_ * fy[line.y] * fz[line.z];
+        if (of_line == 0) continue;
+        const std::int32_t from = std::max(line.x, first_), to = std::min(line.x + line.length, end_);
+        for (std::int32_t x = from; x < to; ++x) {
+          const double heat = of_line * fx[x];
+          P[line.point + (x - line.x)] += heat;
+          added += heat;
+        }
       }
-      return;
+      return added;
     }
-    for (std::size_t n = 0; n < point_.size(); ++n) P[point_[n]] += power_ * share_[n];
+    for (std::size_t n = 0; n < point_.size(); ++n) {
+      P[point_[n]] += power_ * share_[n];
+      added += power_ * share_[n];
+    }
+    return added;
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }
@@ -161,7 +173,23 @@ class MovingSource final : public Source {
   }
 
  private:
-  /// Exact integrals over the boxes of a lattice, as factors along its axes; returns their sum.
+  /// Owned points that follow each other along x on a lattice: the first one, its indices, and how many there are.
+  struct Line {
+    std::int32_t point, x, y, z, length;
+  };
+  void find_lines() {
+    for (std::size_t i = 0; i < cells_->index.size(); ++i) {
+      const auto& [x, y, z] = cells_->index[i];
+      if (Line* last = lines_.empty() ? nullptr : &lines_.back();
+          last && last->y == y && last->z == z && last->x + last->length == x)
+        ++last->length;
+      else
+        lines_.push_back({static_cast<std::int32_t>(i), x, y, z, 1});
+    }
+  }
+
+  /// Exact integrals over the boxes of a lattice, as factors along its axes, 0 beyond the reach of the source; returns
+  /// their sum.
   double fill_factors(const Placed& placed, bool images) {
     double inside = 1;
     for (int axis = 0; axis < 3; ++axis) {
@@ -172,11 +200,13 @@ class MovingSource final : public Source {
       const double low = planes.front(), length = planes.back() - low;
       f.assign(planes.size() - 1, 0.0);
       if (placed.varies(axis)) {
-        for (std::size_t i = 0; i < f.size(); ++i)
-          for_each_image(placed, axis, images, [&](double sign, double shift) {
-            const double a = sign * planes[i] + shift, b = sign * planes[i + 1] + shift;
-            f[i] += placed.between(axis, std::min(a, b), std::max(a, b));
-          });
+        const double x0 = placed.location()[axis], reach = placed.reach(axis);
+        for_each_image(placed, axis, images, [&](double sign, double shift) {
+          for (std::size_t i = 0; i < f.size(); ++i) {
+            const auto [a, b] = std::minmax({sign * planes[i] + shift, sign * planes[i + 1] + shift});
+            if (b > x0 - reach && a < x0 + reach) f[i] += placed.between(axis, a, b);
+          }
+        });
       } else if (profile_.face) {
         (*profile_.face % 2 ? f.back() : f.front()) = 1;
       } else {
@@ -184,6 +214,10 @@ class MovingSource final : public Source {
       }
       inside *= std::accumulate(f.begin(), f.end(), 0.0);
     }
+    const auto is_heated = [](double f) { return f != 0; };
+    const std::vector<double>& f = factor_[0];
+    first_ = static_cast<std::int32_t>(std::ranges::find_if(f, is_heated) - f.begin());
+    end_ = static_cast<std::int32_t>(f.rend() - std::find_if(f.rbegin(), f.rend(), is_heated));
     return inside;
   }
 
@@ -288,6 +322,7 @@ class MovingSource final : public Source {
   CellSamples samples_;            ///< of the points that the source has come by
   std::vector<std::int64_t> row_;  ///< of every owned point: its place in samples_, or -1
   std::optional<LatticeCells> cells_;
+  std::vector<Line> lines_;
   double extent_;  ///< of the body along the axis, m
 
   // At the time prepared for.
@@ -295,6 +330,7 @@ class MovingSource final : public Source {
   double asked_ = 0, power_ = 0;
   bool is_on_lattice_ = false;
   std::array<std::vector<double>, 3> factor_;
+  std::int32_t first_ = 0, end_ = 0;  ///< along x, where factors are not 0
   std::vector<int> point_;
   std::vector<double> share_;
 };

@@ -23,8 +23,8 @@ class Source {
   virtual void integrate_over(const CellSamples& subdomains) = 0;
   /// What needs all ranks, at time t: called before add_power. Collective.
   virtual void prepare(double /*t*/) {}
-  /// P[i] += power into owned point i at time t, W. `T`: owned points.
-  virtual void add_power(double t, std::span<const double> T, std::span<double> P) const = 0;
+  /// P[i] += power into owned point i at time t, W. `T`: owned points. Returns the sum of what it added.
+  virtual double add_power(double t, std::span<const double> T, std::span<double> P) const = 0;
   /// dP_i/dT_i, W/K, added; sources without dependence add nothing.
   virtual void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const = 0;
   virtual bool depends_on_temperature() const = 0;

@@ -48,9 +48,14 @@ class SpreadSource final : public Source {
     }
     normalise();
   }
-  void add_power(double t, std::span<const double>, std::span<double> P) const override {
+  double add_power(double t, std::span<const double>, std::span<double> P) const override {
     const double power = *asked(t);
-    for (std::size_t i = 0; i < share_.size(); ++i) P[i] += power * share_[i];
+    double added = 0;
+    for (std::size_t i = 0; i < share_.size(); ++i) {
+      P[i] += power * share_[i];
+      added += power * share_[i];
+    }
+    return added;
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }

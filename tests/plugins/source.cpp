@@ -17,8 +17,13 @@ class JouleHeat final : public Source {
       for (auto s = subdomains.row[i]; s < subdomains.row[i + 1]; ++s) volume_[i] += subdomains.weight[s];
     }
   }
-  void add_power(double /*t*/, std::span<const double> /*T*/, std::span<double> P) const override {
-    for (std::size_t i = 0; i < volume_.size(); ++i) P[i] += density_ * volume_[i];
+  double add_power(double /*t*/, std::span<const double> /*T*/, std::span<double> P) const override {
+    double added = 0;
+    for (std::size_t i = 0; i < volume_.size(); ++i) {
+      P[i] += density_ * volume_[i];
+      added += density_ * volume_[i];
+    }
+    return added;
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }

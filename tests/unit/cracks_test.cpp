@@ -238,11 +238,12 @@ TEST(Cracks, ThatCutRightThroughIsolateToRoundOff) {
     // Everything that the first point can reach is on its side, and no heat leaves it.
     std::vector<char> reached(cloud.owned, 0);
     std::vector<int> next = {0};
+    std::vector<std::int32_t> buffer;
     reached[0] = 1;
     while (!next.empty()) {
       const int i = next.back();
       next.pop_back();
-      for (int j : pairs.neighbours().of(i))
+      for (int j : pairs.coupled(i, buffer))
         if (!reached[j]) reached[j] = 1, next.push_back(j);
     }
     const auto count = std::ranges::count(reached, 1);
@@ -392,11 +393,11 @@ TEST(CracksParallel, AreTheSameOnAnyNumberOfRanks) {
       const Cloud cloud = square(21, jitter, 0, comm);
       const auto pairs = with_crack(cloud, cracks, smoothing);
       std::vector<double> terms;
+      PairRows::Row row;
       for (int i = 0; i < cloud.owned; ++i) {
-        const auto row = pairs.neighbours().of(i);
-        for (std::size_t n = 0; n < row.size(); ++n)
-          terms.push_back(pairs.weights()[pairs.neighbours().row[i] + n] *
-                          (1 + std::fmod(0.618 * cloud.id[i] + 0.414 * cloud.id[row[n]], 1.0)));
+        pairs.rows().read(i, row);
+        for (std::size_t n = 0; n < row.column.size(); ++n)
+          terms.push_back(row.weight[n] * (1 + std::fmod(0.618 * cloud.id[i] + 0.414 * cloud.id[row.column[n]], 1.0)));
       }
       return sum(comm, terms);
     };

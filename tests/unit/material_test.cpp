@@ -249,7 +249,7 @@ TEST(Material, ChoosesTheMeanThatFits) {
     return "[material.m]\ndensity = \"1 kg/m^3\"\nspecific_heat = \"1 J/(kg K)\"\nconductivity = " + k + "\n";
   };
   EXPECT_EQ(mean(simple("{ formula = \"1 + T\", unit = \"W/(m K)\" }")), Mean::integral);
-  EXPECT_EQ(mean(simple("\"1 W/(m K)\"")), Mean::arithmetic);
+  EXPECT_EQ(mean(simple("\"1 W/(m K)\"")), Mean::integral);
   EXPECT_EQ(mean(simple("{ formula = \"1 + x + T\", unit = \"W/(m K)\" }")), Mean::arithmetic);
   EXPECT_EQ(mean(simple("{ layers = [1, 2], along = \"x\", thickness = \"2 m\", unit = \"W/(m K)\" }")),
             Mean::harmonic);
