@@ -12,8 +12,8 @@ constexpr int lanes = 32;  // so many that operations of several vectors overlap
 
 }  // namespace
 
-Extremes extremes_of(std::span<const double> values) {
-  Extremes range;
+ValueRange range_of(std::span<const double> values) {
+  ValueRange range;
   std::size_t done = 0;
   run_vectorised([&]<int width>() CALOR_ALWAYS_INLINE {
     constexpr int blocks = lanes / width;

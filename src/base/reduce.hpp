@@ -6,13 +6,13 @@
 namespace calor {
 
 /// low > high of nothing.
-struct Extremes {
+struct ValueRange {
   double low = std::numeric_limits<double>::infinity(), high = -low;
   double span() const { return high - low; }
 };
 
 /// Lowest and highest value; those that are not a number are passed over.
-Extremes extremes_of(std::span<const double> values);
+ValueRange range_of(std::span<const double> values);
 bool all_finite(std::span<const double> values);
 
 }  // namespace calor

@@ -285,7 +285,7 @@ void MaterialField::theta(std::span<const double> T, std::span<double> theta) co
   const Impl& p = *impl_;
   const Region& r = p.regions[0];
   // theta alone would not show a k that is not positive. k is looked at only when temperatures leave what was seen.
-  auto [low, high] = p.k_depends_on_T ? extremes_of(T) : Extremes{};
+  auto [low, high] = p.k_depends_on_T ? range_of(T) : ValueRange{};
   if (!T.empty() && p.k_depends_on_T && (low < p.safe_low || high > p.safe_high || !all_finite(T))) {
     Scratch k, samples;
     const auto look = [&](std::span<const double> T, std::size_t first) {

@@ -294,8 +294,8 @@ bool HeatSystem::level_is_fixed() const {
   return any(cloud_.comm, fixed);
 }
 
-Extremes HeatSystem::outer_temperatures(double t) {
-  Extremes range;
+ValueRange HeatSystem::outer_temperatures(double t) {
+  ValueRange range;
   const auto see = [&](double T) { range.low = std::min(range.low, T), range.high = std::max(range.high, T); };
   collective_try(cloud_.comm, [&] {
     for (const PrescribedTerm& term : conditions_.temperatures) {
@@ -308,17 +308,17 @@ Extremes HeatSystem::outer_temperatures(double t) {
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 
-Extremes HeatSystem::body_temperatures(std::span<double> u) {
+ValueRange HeatSystem::body_temperatures(std::span<double> u) {
   if (!discretisation_.dofs->are_temperatures()) cloud_.halo.update(u);
   at_.begin(0, u);
-  const Extremes range = extremes_of(at_.T());
+  const ValueRange range = range_of(at_.T());
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 
-Extremes HeatSystem::temperature_extremes(double t, std::span<const double> u) {
-  const Extremes outer = outer_temperatures(t);
+ValueRange HeatSystem::temperature_extremes(double t, std::span<const double> u) {
+  const ValueRange outer = outer_temperatures(t);
   at_.begin(t, u);
-  const Extremes body = extremes_of(at_.T());
+  const ValueRange body = range_of(at_.T());
   return {.low = min(cloud_.comm, std::min(body.low, outer.low)),
           .high = max(cloud_.comm, std::max(body.high, outer.high))};
 }

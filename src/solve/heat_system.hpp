@@ -144,11 +144,11 @@ class HeatSystem {
   /// Are there points that hold no heat and follow from algebraic rows? Collective.
   bool has_massless_points() const { return has_massless_points_; }
   /// Lowest and highest temperature of walls and ambients at time t, K. Collective.
-  Extremes outer_temperatures(double t);
+  ValueRange outer_temperatures(double t);
   /// Of the body, K; updates the ghosts of u. Collective.
-  Extremes body_temperatures(std::span<double> u);
+  ValueRange body_temperatures(std::span<double> u);
   /// The same of body, walls and ambients; ghosts of u up to date. Collective.
-  Extremes temperature_extremes(double t, std::span<const double> u);
+  ValueRange temperature_extremes(double t, std::span<const double> u);
   double temperature_span(double t, std::span<const double> u) { return temperature_extremes(t, u).span(); }
   /// Does no temperature leave the range of start, walls and ambients? So it is without sources and prescribed fluxes
   /// where the weights are positive.

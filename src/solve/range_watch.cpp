@@ -23,7 +23,7 @@ void RangeWatch::begin(HeatSystem& system, const State& state) {
 
 void RangeWatch::see(HeatSystem& system, double t_old, double t_new) {
   for (const double t : {0.5 * (t_old + t_new), t_new}) {
-    const Extremes outer = system.outer_temperatures(t);
+    const ValueRange outer = system.outer_temperatures(t);
     range_ = {.low = std::min(range_.low, outer.low), .high = std::max(range_.high, outer.high)};
   }
 }
@@ -33,7 +33,7 @@ double RangeWatch::excess_of(const HeatSystem& system, double T) const {
   return is_absolute() ? -T : 0;
 }
 
-double RangeWatch::excess_of(const HeatSystem& system, const Extremes& body) const {
+double RangeWatch::excess_of(const HeatSystem& system, const ValueRange& body) const {
   constexpr double round_off = 1e-9;  // of the hottest point: walls may be at 0 K
   const double largest = std::max({0.0, excess_of(system, body.low), excess_of(system, body.high)});
   return largest > round_off * std::max(std::abs(body.low), std::abs(body.high)) ? largest : 0;
@@ -44,7 +44,7 @@ double RangeWatch::excess(HeatSystem& system, std::span<double> u) const {
 }
 
 void RangeWatch::require(HeatSystem& system, double t, std::span<double> u, double allowed) const {
-  const Extremes body = system.body_temperatures(u);
+  const ValueRange body = system.body_temperatures(u);
   const double largest = excess_of(system, body);
   if (!system.keeps_range())  // nothing tells how far temperatures may go, but what they are
     allowed = std::max(allowed, part_of_spread * (std::max(0.0, body.high) - std::min(0.0, body.low)));

@@ -26,9 +26,9 @@ class RangeWatch {
   /// Data that lie below absolute zero count temperatures from somewhere else.
   bool is_absolute() const { return range_.low >= 0; }
   double excess_of(const HeatSystem& system, double T) const;
-  double excess_of(const HeatSystem& system, const Extremes& body) const;
+  double excess_of(const HeatSystem& system, const ValueRange& body) const;
 
-  Extremes range_;
+  ValueRange range_;
 };
 
 }  // namespace calor
