@@ -73,12 +73,13 @@ class Paper:
         put_legend(axes)
         self.save(figure, name)
 
-    def section(self, name, title, result, time=None, plane=None, isotherm=None, size=(7, 3.8)):
-        """One picture of the temperatures on a section, in the degrees of the case."""
+    def section(self, name, title, result, time=None, plane=None, isotherm=None, unit="K", size=(7, 3.8)):
+        """One picture of the temperatures on a section."""
         figure, axes = plt.subplots(figsize=size)
         of = self.result(result)
+        of.temperature_unit = unit
         filled = draw_section(axes, of, t=time, plane=plane, isotherm=isotherm)
-        colour_bar(figure, filled, axes, f"T [{'°C' if of.uses_celsius else 'K'}]")
+        colour_bar(figure, filled, axes, f"T [{of.degrees}]")
         axes.set(title=title)
         self.save(figure, name)
 

@@ -109,7 +109,7 @@ def melt_length():
 
 def temperatures():
     """Fig. 8: the field at 15 s."""
-    paper.section("fig08.png", "Fig. 8: W2D at 15 s, 1200 °C in white", "W2D", 15.0, isotherm=1200)
+    paper.section("fig08.png", "Fig. 8: W2D at 15 s, 1200 °C in white", "W2D", 15.0, isotherm=1200, unit="degC")
 
 
 def lines():
@@ -129,7 +129,8 @@ def lines():
 
 def section():
     """Fig. 12: the section x = 50 mm at 7 s."""
-    paper.section("fig12.png", "Fig. 12: W3D at 7 s, x = 50 mm, 1200 °C in white", "W3D", 7.0, plane=("x", 0.05), isotherm=1200, size=(6, 3.4))
+    paper.section("fig12.png", "Fig. 12: W3D at 7 s, x = 50 mm, 1200 °C in white", "W3D", 7.0, plane=("x", 0.05), isotherm=1200, unit="degC",
+                  size=(6, 3.4))
 
 
 def histories():

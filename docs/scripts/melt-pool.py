@@ -13,6 +13,7 @@ from plotting import Paper, colour_bar, draw_section, plt, put_legend, theme  # 
 
 paper = Paper(ROOT / "cases" / "start", results="results", figures=ROOT / "docs" / "img")
 result = paper.result("weld")
+result.temperature_unit = "degC"
 with theme():
     figure, (top, bottom) = plt.subplots(2, 1, figsize=(8, 5.4))
     filled = draw_section(top, result, t=8, isotherm=1450)

@@ -4,6 +4,10 @@ from __future__ import annotations
 import argparse
 import pathlib
 import sys
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .result import Result
 
 PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil"}
 
@@ -37,6 +41,8 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     report = verbs.add_parser("report", help="write one page of HTML about a result")
     report.add_argument("result", help="folder that calor run has written")
     report.add_argument("-o", "--output", help="file for the page (default: RESULT/report.html)")
+    for verb in (plot, report):
+        verb.add_argument("--units", choices=["K", "degC", "degF"], help="of temperatures (default: that of [output])")
     certify = verbs.add_parser("certify", help="say how sure the numbers of a case are")
     certify.add_argument("case", metavar="CASE", help="case file")
     certify.add_argument("changes", metavar="key=value", nargs="*", help="changes to the case, or variant=NAME")
@@ -95,13 +101,19 @@ def write_certificate(options: argparse.Namespace) -> None:
     print(f"certificate in {certificate.folder / 'certificate.json'}")
 
 
+def open_result(options: argparse.Namespace) -> Result:
+    from .result import Result
+    result = Result(options.result)
+    result.temperature_unit = options.units or result.temperature_unit
+    return result
+
+
 def draw(options: argparse.Namespace) -> None:
     import matplotlib
     matplotlib.use("Agg")
     from . import plot
     from .command import CalorError, CommandError
-    from .result import Result
-    result = Result(options.result)
+    result = open_result(options)
     folder = pathlib.Path(options.output) if options.output else result.folder / "pictures"
     known = [*plot.PICTURES, "film"]
     for what in options.what:
@@ -134,8 +146,7 @@ def main(words: list[str]) -> int:
             elif options.verb in ("certify", "fit", "study"):
                 {"certify": write_certificate, "fit": write_fit, "study": write_study}[options.verb](options)
             else:
-                from .result import Result
-                print(Result(options.result).write_page(options.output))
+                print(open_result(options).write_page(options.output))
         except (CalorError, ValueError) as error:
             print(f"calor: {error}", file=sys.stderr)
             return getattr(error, "code", 2)

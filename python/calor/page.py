@@ -81,7 +81,7 @@ def probes(result: Result) -> dict[str, Any] | None:
         times = sorted(points)
         values = np.array([points[t] for t in times])
         curves.append(curve(f"{name}, expected", names.index(name), np.array(times), values, points=True))
-    return chart("Temperatures at the probes", "t [s]", f"T [{degrees(result)}]", curves)
+    return chart("Temperatures at the probes", "t [s]", f"T [{result.degrees}]", curves)
 
 
 def comparisons(result: Result) -> list[dict[str, Any]]:
@@ -118,11 +118,7 @@ def rod(result: Result) -> dict[str, Any] | None:
         order = np.argsort(fields.x[:, 0])
         x, T = factor * fields.x[order, 0], fields["temperature"][order]
         curves.append(curve(f"{fields.t:.4g} s", len(curves), x, T))
-    return chart("Temperatures along the rod", f"x [{unit}]", f"T [{degrees(result)}]", curves)
-
-
-def degrees(result: Result) -> str:
-    return "°C" if result.uses_celsius else "K"
+    return chart("Temperatures along the rod", f"x [{unit}]", f"T [{result.degrees}]", curves)
 
 
 def charts_of(result: Result) -> list[dict[str, Any]]:
@@ -250,7 +246,7 @@ def balance(result: Result) -> str:
     shown = result.shown(result.balance)
     zones = [name.removeprefix("mean of ") for name in shown if name.startswith("mean of ")]
     temperatures = [(zone, *(f"{shown[f'{what} of {zone}'][-1]:.6g}" for what in ("mean", "minimum", "maximum"))) for zone in zones]
-    text += f"<div><h3>Temperatures at the end, {degrees(result)}</h3>" + table(temperatures, ("", "mean", "lowest", "highest")) + "</div>"
+    text += f"<div><h3>Temperatures at the end, {result.degrees}</h3>" + table(temperatures, ("", "mean", "lowest", "highest")) + "</div>"
     return f"<h2>Balance</h2><div class=\"columns\">{text}</div>"
 
 

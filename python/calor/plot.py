@@ -14,7 +14,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from .command import CalorError
-from .result import Array, Fields, Result, Table, is_straight, length_unit
+from .result import DEGREES, Array, Fields, Result, Table, is_straight, length_unit
 from .style import theme
 
 # Parts -------------------------------------------------------------------------------------------------------------
@@ -180,7 +180,7 @@ def triangles(fields: Fields, surface: Fields, points: Array, axes: Sequence[int
 def draw_section(axes: Axes, result: Result, name: str = "temperature", t: float | None = None,
                  plane: tuple[str, float] | None = None, *, isotherm: float | None = None,
                  limits: tuple[float, float] | None = None) -> Any:
-    """A field on a section of the body at a time (the end), with its cracks and an isotherm, in the degrees of the case;
+    """A field on a section of the body at a time (the end), with its cracks and an isotherm, in the unit of the result;
     returns what a colour bar is made of. `plane`: see cut. `limits`: of the colours."""
     fields, cracks = result.shown(result.fields(t)), cracks_of(result)
     points, across, _ = cut(fields, plane)
@@ -218,7 +218,7 @@ def probes(result: Result) -> Figure:
     figure, axes = plt.subplots(figsize=(8, 4))
     table = result.shown(result.probes)
     names = [name for name in table if name != "time"]
-    histories(axes, table, names, f"T [{table.units[names[0]]}]")
+    histories(axes, table, names, f"T [{result.degrees}]")
     references(axes, result)
     axes.set_title(f"{result.title}: temperatures at the probes")
     return figure
@@ -287,11 +287,13 @@ def lines(result: Result, name: str = "temperature") -> Figure:
 
 
 def isotherm_of(result: Result) -> float | None:
-    """That of [weld], in the degrees of the case; nothing without one."""
+    """That of [weld], in the unit that is shown; nothing without one."""
     number, _, unit = result.report["case"].get("weld", {}).get("isotherm", "").partition(" ")
-    if unit not in ("degC", "K"):
+    if unit not in DEGREES:
         return None
-    return float(number) + (273.15 if unit == "degC" else 0) - (273.15 if result.uses_celsius else 0)
+    _, factor, zero = DEGREES[unit]
+    kelvin = np.array([(float(number) - zero) / factor])
+    return float(result.shown(Table({"T": kelvin}, {"T": "K"}))["T"][0])
 
 
 def put_title(figure: Figure, text: str) -> None:

@@ -31,6 +31,10 @@ def split_unit(heading: str) -> tuple[str, str]:
     return (match[1], match[2]) if match else (heading, "")
 
 
+# Units of temperatures that people read: sign, and what makes them of K.
+DEGREES = {"K": ("K", 1.0, 0.0), "degC": ("°C", 1.0, -273.15), "degF": ("°F", 1.8, -459.67)}
+
+
 class Table(Mapping[str, Array]):
     """Columns of numbers by name, without their units: table["hot"] is an array, table.units["hot"] is "K"."""
 
@@ -65,11 +69,12 @@ class Table(Mapping[str, Array]):
         """With its unit, for an axis."""
         return f"{name} [{self.units[name]}]" if self.units.get(name) else name
 
-    def in_celsius(self: TableLike) -> TableLike:
-        """The same with all temperatures in degrees Celsius."""
+    def in_degrees(self: TableLike, unit: str) -> TableLike:
+        """The same with all temperatures in "K", "degC" or "degF"."""
+        sign, factor, zero = DEGREES[unit]
         table = copy.copy(self)
-        table._columns = {name: values - 273.15 if self.units[name] == "K" else values for name, values in self.items()}
-        table.units = {name: "°C" if unit == "K" else unit for name, unit in self.units.items()}
+        table._columns = {name: factor * values + zero if self.units[name] == "K" else values for name, values in self.items()}
+        table.units = {name: sign if was == "K" else was for name, was in self.units.items()}
         return table
 
     def to_pandas(self) -> pandas.DataFrame:
@@ -128,7 +133,8 @@ class Fields(Table):
 
 
 class Result:
-    """The result folder of a run."""
+    """The result folder of a run. Numbers are in SI units; pictures and pages show temperatures in `temperature_unit`,
+    "K", "degC" or "degF": that of [output], unless it is set to another."""
 
     def __init__(self, folder: str | os.PathLike[str]) -> None:
         self.folder = pathlib.Path(folder)
@@ -138,6 +144,8 @@ class Result:
             raise FileError(f"{self.folder}: there is no result: report.json is missing") from None
         except ValueError as error:
             raise FileError(f"{self.folder}/report.json: {error}") from None
+        unit = self.report["case"].get("output", {}).get("temperature", "K")
+        self.temperature_unit: str = unit if unit in DEGREES else "K"
 
     # What came out ---------------------------------------------------------------------------------------------------
 
@@ -206,14 +214,14 @@ class Result:
             found.setdefault(int(number) - 1, []).append((float(time or 0), Table.read(path)))
         return {n: [table for _, table in sorted(tables, key=lambda entry: entry[0])] for n, tables in sorted(found.items())}
 
-    @functools.cached_property
-    def uses_celsius(self) -> bool:
-        """Is the case written in degC?"""
-        return "degC" in json.dumps(self.report["case"])
+    @property
+    def degrees(self) -> str:
+        """The sign of the unit in which temperatures are shown."""
+        return DEGREES[self.temperature_unit][0]
 
     def shown(self, table: TableLike) -> TableLike:
-        """A table or fields of this result in the degrees of its case, K or degrees Celsius, for pictures."""
-        return table.in_celsius() if self.uses_celsius else table
+        """A table or fields of this result with the temperatures in their unit for pictures."""
+        return table.in_degrees(self.temperature_unit)
 
     # Fields ----------------------------------------------------------------------------------------------------------
 

@@ -30,8 +30,8 @@ struct Label {
 class FieldWriter {
  public:
   /// Writes below `folder`/fields, and `folder`/fields.pvd and surface.pvd. Of a point id, tag, volume and spacing are
-  /// written along, of a facet its face, area, outward normal and the id of its point; `of_points` and `of_facets` are more of the kind.
-  /// The cloud must outlive this. Throws Error(file). Collective.
+  /// written along, of a facet its face, area, outward normal and the id of its point; `of_points` and `of_facets` are
+  /// more of the kind. The cloud must outlive this. Throws Error(file). Collective.
   FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points = {},
               std::vector<Label> of_facets = {});
   /// Adds a time, with fields of the owned points and of Cloud::facets; the first of each is what viewers show. The PVD

@@ -44,7 +44,7 @@ PLATE = {
     "initial": {"temperature": "20 degC"},
     "boundary": {"heater": {"on": "xmin", "flux": "20 kW/m^2"},
                  "air": {"on": "xmax", "convection": {"h": "200 W/(m^2 K)", "ambient": "20 degC"}}},
-    "time": {"end": "20 min"}, "output": {"every": "10 min"},
+    "time": {"end": "20 min"}, "output": {"every": "10 min", "temperature": "degC"},
     "probe": {"hot": ["0 mm", "5 mm"], "cold": ["20 mm", "5 mm"]},
 }
 
@@ -110,14 +110,15 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(ValueError, "at 0, 600, 1200 s"):
             result.fields(7)
 
-    def test_pictures_have_the_degrees_of_the_case(self):
-        result = shared(PLATE)  # written in degC
+    def test_pictures_have_the_unit_of_temperatures_that_is_asked_for(self):
+        result = shared(PLATE)  # whose [output] says degC
         shown = result.shown(result.probes)
         np.testing.assert_allclose(shown["hot"], result.probes["hot"] - 273.15)
-        self.assertEqual((shown.units["hot"], result.probes.units["hot"]), ("°C", "K"))
+        self.assertEqual((shown.units["hot"], result.probes.units["hot"], result.degrees), ("°C", "K", "°C"))
         np.testing.assert_array_equal(shown["time"], result.probes["time"])
-        fields = shared(RING).fields()  # in K
-        self.assertIs(shared(RING).shown(fields), fields)
+        result.temperature_unit = "degF"
+        np.testing.assert_allclose(result.shown(result.probes)["hot"], 32 + 1.8 * shown["hot"])
+        self.assertEqual(shared(RING).degrees, "K")
 
     def test_an_error_in_a_file_says_file_line_column_and_key(self):
         text = toml.write(PLATE).replace('flux = "20 kW/m^2"', 'flux = "20 kW/m"')
