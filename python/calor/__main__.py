@@ -13,16 +13,16 @@ PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmo
 
 
 def plane(text: str) -> tuple[str, float]:
-    """("y", 0.01) of "y=10 mm"; a number alone is m."""
+    """("y", 0.01) of "y=10 mm"."""
     axis, _, at = text.partition("=")
-    number, _, unit = at.strip().partition(" ")
-    factors = {"": 1, "m": 1, "cm": 1e-2, "mm": 1e-3, "um": 1e-6}
-    if axis not in ("x", "y", "z") or unit not in factors:
+    if axis not in ("x", "y", "z"):
         raise argparse.ArgumentTypeError(f"'{text}' is no plane: write it as in y=\"10 mm\"")
+    from .command import CommandError
+    from .quantities import to_si
     try:
-        return axis, float(number) * factors[unit]
-    except ValueError:
-        raise argparse.ArgumentTypeError(f"'{number}' is no number") from None
+        return axis, to_si(at, "m")
+    except CommandError as error:
+        raise argparse.ArgumentTypeError(str(error)) from None
 
 
 def read_arguments(words: list[str]) -> argparse.Namespace:

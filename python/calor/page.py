@@ -14,7 +14,7 @@ import numpy as np
 
 from . import toml
 from .command import CalorError
-from .result import Array, Result, Table, is_straight, length_unit, number_text
+from .result import Array, Fields, Result, Table, is_straight, length_unit, number_text
 from .style import CURVES, VIRIDIS
 
 ASSETS = pathlib.Path(__file__).resolve().parent / "assets"
@@ -151,15 +151,33 @@ def quantised(label: str, unit: str, steps: list[Array]) -> dict[str, Any]:
     return {"label": f"{label} [{unit}]" if unit else label, "unit": unit, "low": low, "high": low + span, "values": values}
 
 
+def shown_points(fields: Fields, on_surface: Array) -> tuple[Array, Array]:
+    """Rows of the points that are shown and how large: of too many those on the surface first, by their ids; of the
+    others some by chance, grown to fill the space."""
+    count, is_outside = len(fields.x), np.isin(fields["id"], on_surface)
+    if count <= MOST_POINTS:
+        return np.arange(count), fields["spacing"]
+    random = np.random.default_rng(1)
+    kept = np.zeros(count, bool)
+    sizes = fields["spacing"].copy()
+    left = MOST_POINTS
+    for group in (np.flatnonzero(is_outside), np.flatnonzero(~is_outside)):
+        part = min(1.0, left / max(1, len(group)))
+        chosen = random.permutation(group)[:left]
+        kept[chosen] = True
+        sizes[chosen] *= part ** (-1 / fields.dimension) if part > 0 else 1
+        left -= len(chosen)
+    rows = np.flatnonzero(kept)
+    return rows, sizes[rows]
+
+
 def cloud_of(result: Result) -> dict[str, Any] | None:
     """What viewer.js shows; nothing without fields, or of a rod."""
     if result.dimension == 1 or not result.has_fields:
         return None
     last = result.shown(result.fields())
     count = len(last.x)
-    # Of many points every n-th by its id: lattices count along their lines, so that n must not divide these.
-    step = max(1, int(np.ceil(count / MOST_POINTS)))
-    kept = np.flatnonzero((last["id"] * 2654435761 % 4294967296) % step == 0) if step > 1 else np.arange(count)
+    kept, sizes = shown_points(last, np.unique(result.surface()["point"]))
     most_times = max(2, MOST_VALUES // (2 * len(kept)))
     times = result.times[np.unique(np.linspace(0, len(result.times) - 1, min(len(result.times), most_times)).round().astype(int))]
 
@@ -177,7 +195,6 @@ def cloud_of(result: Result) -> dict[str, Any] | None:
             label = name if name in ("spacing", "part", "tag") else f"{name}, at the end"
             shown.append(quantised(label, last.units[name], [values[kept]]))
     factor, unit = length_unit(last.x)
-    sizes = last["spacing"][kept] * step ** (1 / result.dimension)
     return {"dimension": result.dimension, "x": packed(last.x[kept].astype("<f4")), "size": packed(sizes.astype("<f4")),
             "factor": factor, "unit": unit, "low": last.x.min(0).tolist(), "high": last.x.max(0).tolist(), "times": [float(t) for t in times],
             "fields": shown,

@@ -14,26 +14,18 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from .command import CalorError
-from .result import DEGREES, Array, Fields, Result, Table, is_straight, length_unit
+from .quantities import to_si
+from .result import Array, Fields, Result, Table, is_straight, length_unit
 from .style import theme
 
 # Parts -------------------------------------------------------------------------------------------------------------
-
-
-METRES = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "µm": 1e-6, "in": 0.0254}
-
-
-def metres(text: str) -> float:
-    """A length of a case, such as "10 mm"."""
-    number, _, unit = text.partition(" ")
-    return float(number) * METRES[unit]
 
 
 def cracks_of(result: Result) -> Array:
     """Both ends of every straight piece of the cracks of a body of two dimensions, (n, 2, 2), m."""
     pieces = []
     for crack in result.report["case"].get("crack", []) if result.dimension == 2 else []:
-        corners = np.array([[metres(text) for text in crack[axis]] for axis in "xy"]).T
+        corners = np.array([[to_si(text, "m") for text in crack[axis]] for axis in "xy"]).T
         pieces += [corners[n:n + 2] for n in range(len(corners) - 1)]
     return np.array(pieces).reshape(-1, 2, 2)
 
@@ -288,12 +280,10 @@ def lines(result: Result, name: str = "temperature") -> Figure:
 
 def isotherm_of(result: Result) -> float | None:
     """That of [weld], in the unit that is shown; nothing without one."""
-    number, _, unit = result.report["case"].get("weld", {}).get("isotherm", "").partition(" ")
-    if unit not in DEGREES:
+    isotherm = result.report["case"].get("weld", {}).get("isotherm")
+    if isotherm is None:
         return None
-    _, factor, zero = DEGREES[unit]
-    kelvin = np.array([(float(number) - zero) / factor])
-    return float(result.shown(Table({"T": kelvin}, {"T": "K"}))["T"][0])
+    return float(result.shown(Table({"T": np.array([to_si(isotherm, "K")])}, {"T": "K"}))["T"][0])
 
 
 def put_title(figure: Figure, text: str) -> None:

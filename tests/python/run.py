@@ -357,6 +357,19 @@ class Page(unittest.TestCase):
         np.testing.assert_allclose(found, fields["temperature"], atol=span / 65535)
         self.assertAlmostEqual(span, 40, places=6)
 
+    def test_of_too_many_points_the_surface_is_shown_first(self):
+        from unittest import mock
+        from calor import page
+        fields, surface = shared(BLOCK).fields(), np.unique(shared(BLOCK).surface()["point"])
+        inside = len(fields.x) - len(surface)
+        with mock.patch.object(page, "MOST_POINTS", len(surface) + 20):
+            rows, sizes = page.shown_points(fields, surface)
+        self.assertEqual(len(rows), len(surface) + 20)
+        is_outside = np.isin(fields["id"][rows], surface)
+        self.assertEqual(is_outside.sum(), len(surface))
+        np.testing.assert_allclose(sizes[is_outside], 1e-3)
+        np.testing.assert_allclose(sizes[~is_outside], 1e-3 * (inside / 20) ** (1 / 3))
+
     def test_curves_of_a_page_go_through_the_rows_of_the_tables(self):
         text, data = self.page({**PLATE, "title": "Expecting", "expect": [{"probe": "hot", "value": "380 K", "at": ["10 min", "20 min"], "within": "90 %"}]})
         chart = data["charts"][0]
