@@ -16,11 +16,11 @@ namespace calor {
 
 namespace {
 
-constexpr double exactly = 1e-12, roughly = 1e-2;
+constexpr double exactly = 1e-12;
 constexpr double floor_of_clip = 0.02;
-/// Fits of the second moments, with a rough solution for linear consistency between them, as each spoils the other a
+/// Fits of the second moments, with a few steps towards linear consistency between them, as each spoils the other a
 /// little. On jittered squares of 161 points an edge 5, 10, 15 leave errors of 4.4e-7, 3.7e-7, 3.6e-7 (SPH) and 1.0e-6,
-/// 7.0e-7, 6.0e-7 (peridynamics); the time for the weights grows by a half from 5 to 10.
+/// 7.0e-7, 6.0e-7 (peridynamics).
 /// More than 5 do harm where volumes are those of cells, or areas are estimates.
 constexpr int fits_to_cells = 5, fits_on_irregular_points = 10;
 
@@ -261,7 +261,7 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
     report.moment_iterations += fit_second_moments(cloud, neighbours, g);
     if (fit == fits) break;
     const std::vector<double> base = g;
-    report.lambda_iterations += enforce_linear_consistency(cloud, neighbours, g, roughly).iterations;
+    relax_linear_consistency(cloud, neighbours, g);
     clip(base, g);
   }
   enforce_with_positive_weights(cloud, neighbours, g, report, solves);

@@ -105,8 +105,8 @@ void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<cons
 void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
                   std::span<double> g);
 
-/// Fits sum_j g_ij x_ji (x) x_ji to 2 V_i I by g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau symmetric tensors, and
-/// keeps g >= 0.02 of what it was. For points on the walls. Returns the iterations.
+/// A few steps towards sum_j g_ij x_ji (x) x_ji = 2 V_i I by g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau
+/// symmetric tensors; keeps g >= 0.02 of what it was. Returns the steps.
 int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
 
 /// The same fit for points beside cracks: tau_i = z_i P_i adds missing_i to sum_j g_ij x_ji.P_i x_ji where P_i, of the
@@ -119,6 +119,9 @@ double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::s
 
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2; of axisymmetric bodies with A_i - S_i e_r.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
+
+/// A few steps towards linear consistency: what is off from point to point, which a fit of the second moments spoils.
+void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
 
 struct LambdaSolve {
   int iterations;

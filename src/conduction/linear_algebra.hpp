@@ -1,5 +1,5 @@
 #pragma once
-// Small matrices of points, and conjugate gradients whose iterates have the same bits on any number of ranks.
+// Small matrices of points, and two iterations whose iterates have the same bits on any number of ranks.
 #include <mpi.h>
 
 #include <functional>
@@ -32,5 +32,18 @@ struct CgResult {
 /// systems. Collective.
 CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap& preconditioner,
                              std::span<const double> b, std::span<double> x, const CgLimits& limits);
+
+/// Eigenvalues of P A that an iteration is to damp, and how often it looks at A x.
+struct ChebyshevLimits {
+  double least = 0, largest = 0;
+  int steps = 0;
+};
+
+/// What a few steps of Chebyshev's iteration for A x = b with the preconditioner P make of x = 0 (Saad, Iterative
+/// Methods for Sparse Linear Systems, 2nd ed., alg. 12.1). No eigenvalue of P A may lie beyond `largest`; components
+/// below `least` are left for the most part. The result is linear in b and smooth in A, which conjugate gradients
+/// stopped halfway are not, and asks for no sums over the points.
+void chebyshev(const LinearMap& A, const LinearMap& P, std::span<const double> b, std::span<double> x,
+               const ChebyshevLimits& limits);
 
 }  // namespace calor

@@ -114,6 +114,73 @@ Vec3 over_faces(const Cloud& cloud) {
   throw Error(Fault::numbers, "consistent weights: no solution", "use a larger smoothing");
 }
 
+/// sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j): the stiffness matrix of a truss, semi-definite with the rigid
+/// motions as null space. Rows and unknowns are scaled axis by axis with the faces there: lambda = unit p.
+class Truss {
+ public:
+  Truss(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g, const Vec3& unit)
+      : cloud_(cloud), neighbours_(neighbours), g_(g), unit_(unit), inverse_(cloud.owned), lambda_(cloud.local()) {
+    for (int i = 0; i < cloud.owned; ++i) {
+      Symmetric3 block;
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        block.add(g[n], product(unit, neighbours.x_ji(cloud.x, i, n)));
+      inverse_[i] = pseudo_inverse(block);
+    }
+  }
+
+  void multiply(std::span<const double> p, std::span<double> y) {
+    set_lambda(p);
+    with_pair_vectors(neighbours_, cloud_.x, [&](const auto& pair) {
+      for (int i = 0; i < cloud_.owned; ++i) {
+        Vec3 sum;
+        for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+          const Vec3 r = pair.x_ji(i, n);
+          sum += (g_[n] * dot(lambda_[i] - pair.reflected(lambda_[neighbours_.column[n]], n), r)) * r;
+        }
+        y[3 * i] = unit_.x * sum.x, y[3 * i + 1] = unit_.y * sum.y, y[3 * i + 2] = unit_.z * sum.z;
+      }
+    });
+  }
+
+  /// z = inverse of the D x D blocks of the diagonal times r. With these no eigenvalue lies beyond 2, as none of those
+  /// of the fit (second_moments.cpp).
+  void divide_by_blocks(std::span<const double> r, std::span<double> z) const {
+    for (int i = 0; i < cloud_.owned; ++i) {
+      const Vec3 v = inverse_[i] * Vec3{r[3 * i], r[3 * i + 1], r[3 * i + 2]};
+      z[3 * i] = v.x, z[3 * i + 1] = v.y, z[3 * i + 2] = v.z;
+    }
+  }
+
+  /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji]; returns max |(lambda_i - lambda_j).x_ji|. The last thing to do: the
+  /// matrix is that of the weights before.
+  double change_weights(std::span<const double> p, std::span<double> g) {
+    set_lambda(p);
+    double change = 0;
+    for (int i = 0; i < cloud_.owned; ++i) {
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+        const Vec3 lambda_j = neighbours_.reflected(lambda_[neighbours_.column[n]], n);
+        const double c = dot(lambda_[i] - lambda_j, neighbours_.x_ji(cloud_.x, i, n));
+        change = std::max(change, std::abs(c));
+        g[n] *= 1 + c;
+      }
+    }
+    return max(cloud_.comm, change);
+  }
+
+ private:
+  void set_lambda(std::span<const double> p) {
+    for (int i = 0; i < cloud_.owned; ++i) lambda_[i] = product(unit_, {p[3 * i], p[3 * i + 1], p[3 * i + 2]});
+    cloud_.halo.update(std::span<Vec3>(lambda_));
+  }
+
+  const Cloud& cloud_;
+  const Neighbours& neighbours_;
+  std::span<const double> g_;
+  Vec3 unit_;
+  std::vector<Symmetric3> inverse_;
+  std::vector<Vec3> lambda_;
+};
+
 }  // namespace
 
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g) {
@@ -133,54 +200,20 @@ std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbou
 
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
                                        double tolerance) {
-  // sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j) = R_i: the stiffness matrix of a truss, semi-definite with the
-  // rigid motions as null space. Preconditioner: the D x D blocks of the diagonal. On a long line that takes as many
-  // iterations as there are points: there it is the whole matrix, factorised, at the price of the last bits on other
-  // numbers of ranks.
+  // On a long line the blocks of the diagonal would take as many iterations as there are points: there the
+  // preconditioner is the whole matrix, factorised, at the price of the last bits on other numbers of ranks.
   constexpr std::int64_t long_line = 5000;
-  const auto& x = cloud.x;
-  // Rows and unknowns are scaled axis by axis with the faces there.
   const Vec3 unit = over_faces(cloud);
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
   remove_rigid_parts(cloud, neighbours, R);
   for (Vec3& r : R) r = product(unit, r);
 
-  std::vector<Symmetric3> inverse(cloud.owned);
-  for (int i = 0; i < cloud.owned; ++i) {
-    Symmetric3 block;
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
-      block.add(g[n], product(unit, neighbours.x_ji(x, i, n)));
-    inverse[i] = pseudo_inverse(block);
-  }
+  Truss truss(cloud, neighbours, g, unit);
   std::optional<LineStiffness> line;
   if (cloud.dimension == 1 && cloud.count > long_line)
     line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
-  const LinearMap preconditioner = [&](std::span<const double> r, std::span<double> z) {
-    if (line) return line->solve(r, z);
-    for (int i = 0; i < cloud.owned; ++i) {
-      const Vec3 v = inverse[i] * Vec3{r[3 * i], r[3 * i + 1], r[3 * i + 2]};
-      z[3 * i] = v.x, z[3 * i + 1] = v.y, z[3 * i + 2] = v.z;
-    }
-  };
-
-  std::vector<Vec3> lambda(cloud.local());
-  const auto set_lambda = [&](std::span<const double> p) {
-    for (int i = 0; i < cloud.owned; ++i) lambda[i] = product(unit, {p[3 * i], p[3 * i + 1], p[3 * i + 2]});
-    cloud.halo.update(std::span<Vec3>(lambda));
-  };
-  const LinearMap stiffness = [&](std::span<const double> p, std::span<double> y) {
-    set_lambda(p);
-    with_pair_vectors(neighbours, x, [&](const auto& pair) {
-      for (int i = 0; i < cloud.owned; ++i) {
-        Vec3 sum;
-        for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-          const Vec3 r = pair.x_ji(i, n);
-          sum += (g[n] * dot(lambda[i] - pair.reflected(lambda[neighbours.column[n]], n), r)) * r;
-        }
-        y[3 * i] = unit.x * sum.x, y[3 * i + 1] = unit.y * sum.y, y[3 * i + 2] = unit.z * sum.z;
-      }
-    });
-  };
+  const LinearMap stiffness = [&](auto p, auto y) { truss.multiply(p, y); };
+  const LinearMap preconditioner = [&](auto r, auto z) { line ? line->solve(r, z) : truss.divide_by_blocks(r, z); };
 
   // The absolute stop keeps CG from wandering when R is already round-off.
   double size = 0;
@@ -191,7 +224,6 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   const auto solved =
       conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<const Vec3>(R)), solution,
                           {.relative = tolerance, .absolute = round_off, .iterations = 20000});
-  set_lambda(solution);
   if (!solved.converged) {
     std::vector<double> Kl(solution.size());
     stiffness(solution, Kl);
@@ -201,16 +233,18 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
     refuse(cloud, R, solved.iterations);
   }
 
-  double change = 0;
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const Vec3 lambda_j = neighbours.reflected(lambda[neighbours.column[n]], n);
-      const double c = dot(lambda[i] - lambda_j, neighbours.x_ji(x, i, n));
-      change = std::max(change, std::abs(c));
-      g[n] *= 1 + c;
-    }
-  }
-  return {solved.iterations, max(cloud.comm, change)};
+  return {solved.iterations, truss.change_weights(solution, g)};
+}
+
+void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
+  const Vec3 unit = over_faces(cloud);
+  std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
+  for (Vec3& r : R) r = product(unit, r);
+  Truss truss(cloud, neighbours, g, unit);
+  std::vector<double> solution(3 * R.size());
+  chebyshev([&](auto p, auto y) { truss.multiply(p, y); }, [&](auto r, auto z) { truss.divide_by_blocks(r, z); },
+            numbers(std::span<const Vec3>(R)), solution, {.least = 0.15, .largest = 2, .steps = 5});
+  truss.change_weights(solution, g);
 }
 
 }  // namespace calor
