@@ -63,11 +63,10 @@ CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap&
   return result;
 }
 
-void chebyshev(const LinearMap& A, const LinearMap& P, std::span<const double> b, std::span<double> x,
-               const ChebyshevLimits& limits) {
+void chebyshev(const LinearMap& A, std::span<const double> b, std::span<double> x, const ChebyshevLimits& limits) {
   const double middle = 0.5 * (limits.largest + limits.least), half = 0.5 * (limits.largest - limits.least);
   const std::size_t n = b.size();
-  std::vector<double> r(b.begin(), b.end()), z(n), p(n), Ap(n);
+  std::vector<double> r(b.begin(), b.end()), p(n), Ap(n);
   std::fill(x.begin(), x.end(), 0.0);
   double alpha = 0;
   for (int step = 0; step < limits.steps; ++step) {
@@ -75,11 +74,10 @@ void chebyshev(const LinearMap& A, const LinearMap& P, std::span<const double> b
       A(p, Ap);
       for (std::size_t i = 0; i < n; ++i) r[i] -= alpha * Ap[i];
     }
-    P(r, z);
     const double beta = (step == 1 ? 0.5 : 0.25) * half * half * alpha * alpha;
     alpha = step == 0 ? 1 / middle : 1 / (middle - beta / alpha);
     for (std::size_t i = 0; i < n; ++i) {
-      p[i] = z[i] + beta * p[i];
+      p[i] = r[i] + beta * p[i];
       x[i] += alpha * p[i];
     }
   }

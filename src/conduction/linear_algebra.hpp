@@ -33,17 +33,16 @@ struct CgResult {
 CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap& preconditioner,
                              std::span<const double> b, std::span<double> x, const CgLimits& limits);
 
-/// Eigenvalues of P A that an iteration is to damp, and how often it looks at A x.
+/// Eigenvalues that an iteration is to damp, and how often it looks at A x.
 struct ChebyshevLimits {
   double least = 0, largest = 0;
   int steps = 0;
 };
 
-/// What a few steps of Chebyshev's iteration for A x = b with the preconditioner P make of x = 0 (Saad, Iterative
-/// Methods for Sparse Linear Systems, 2nd ed., alg. 12.1). No eigenvalue of P A may lie beyond `largest`; components
-/// below `least` are left for the most part. The result is linear in b and smooth in A, which conjugate gradients
-/// stopped halfway are not, and asks for no sums over the points.
-void chebyshev(const LinearMap& A, const LinearMap& P, std::span<const double> b, std::span<double> x,
-               const ChebyshevLimits& limits);
+/// What a few steps of Chebyshev's iteration for A x = b make of x = 0 (Saad, Iterative Methods for Sparse Linear
+/// Systems, 2nd ed., alg. 12.1). A is already preconditioned; none of its eigenvalues may lie beyond `largest`, and
+/// components below `least` are left for the most part. The result is linear in b and smooth in A, which conjugate
+/// gradients stopped halfway are not, and asks for no sums over the points.
+void chebyshev(const LinearMap& A, std::span<const double> b, std::span<double> x, const ChebyshevLimits& limits);
 
 }  // namespace calor

@@ -241,9 +241,14 @@ void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, 
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
   for (Vec3& r : R) r = product(unit, r);
   Truss truss(cloud, neighbours, g, unit);
-  std::vector<double> solution(3 * R.size());
-  chebyshev([&](auto p, auto y) { truss.multiply(p, y); }, [&](auto r, auto z) { truss.divide_by_blocks(r, z); },
-            numbers(std::span<const Vec3>(R)), solution, {.least = 0.15, .largest = 2, .steps = 5});
+  const auto rhs = numbers(std::span<Vec3>(R));
+  truss.divide_by_blocks(rhs, rhs);
+  std::vector<double> solution(rhs.size());
+  const LinearMap stiffness = [&](auto p, auto y) {
+    truss.multiply(p, y);
+    truss.divide_by_blocks(y, y);
+  };
+  chebyshev(stiffness, rhs, solution, {.least = 0.08, .largest = 2, .steps = 8});
   truss.change_weights(solution, g);
 }
 
