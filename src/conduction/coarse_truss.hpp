@@ -11,38 +11,40 @@
 
 namespace calor {
 
-/// The truss as an elastic solid, lambda linear along each axis within the cells of a grid of 1000 nodes at most, three
-/// spacings wide at least. Pairs alike in all directions, measured in the spacings, of fourth moment
-/// c_i = sum_j g_ij |x_ji / s_i|^4 / (2 D (D + 2)) store the energy c_i [(tr E)^2 + 2 E : E] under the strain E; a cell
+/// The truss as an elastic solid, lambda linear along each axis within the cells of a grid of 1000 nodes at most and
+/// three spacings wide at least. Pairs alike in all directions, measured in the spacings, with the fourth moment c_i =
+/// sum_j g_ij |x_ji / s_i|^4 / (2 D (D + 2)) store the energy c_i [(tr E)^2 + 2 E : E] under the strain E; a cell
 /// stores that of its points, as if they were spread evenly over it. So its matrix costs little and is near to that of
 /// the truss, which is all that a preconditioner needs.
 class CoarseTruss {
  public:
-  /// `held`: axes across whose walls mirror images lie, where lambda has no component along the axis. Collective.
-  CoarseTruss(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g,
+  /// For unknowns p with lambda = unit p, axis by axis. `held`: axes across whose walls mirror images lie, where lambda
+  /// has no component along the axis. Collective.
+  CoarseTruss(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g, const Vec3& unit,
               const std::array<bool, 3>& held);
   ~CoarseTruss();
   CoarseTruss(const CoarseTruss&) = delete;
   CoarseTruss& operator=(const CoarseTruss&) = delete;
 
-  /// lambda += coarse stiffness^-1 r, by the same bits on any number of ranks; r, lambda of the owned points.
-  /// Collective.
-  void add(std::span<const Vec3> r, std::span<Vec3> lambda) const;
+  /// z += coarse stiffness^-1 r, three numbers a point, with the same bits on any number of ranks. Collective.
+  void add_solution(std::span<const double> r, std::span<double> z) const;
 
  private:
-  /// The corner of a cell with the lowest coordinates, and where in the cell a point lies (0 to 1).
-  struct Place {
-    std::int32_t node;
-    Vec3 at;
-  };
   struct Factor;
+  /// Corners of a cell, and the values of their functions at a place in it.
+  struct Place {
+    std::array<std::int32_t, 8> node;
+    std::array<double, 8> value;
+  };
 
+  void lay_grid(const Vec3& metric);
   Place place(const Vec3& x) const;
   std::int32_t nodes() const { return along_[0] * along_[1] * along_[2]; }
 
   const Cloud& cloud_;
-  Vec3 low_, inverse_width_;
+  Vec3 low_, over_width_;                          // of the cells; 0 along axes without cells
   std::array<std::int32_t, 3> along_ = {1, 1, 1};  // nodes
+  std::array<std::int32_t, 8> corner_ = {};        // of a cell, from the one with the lowest coordinates
   std::unique_ptr<Factor> factor_;
 };
 

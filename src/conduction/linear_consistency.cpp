@@ -11,6 +11,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "cloud/components.hpp"
+#include "conduction/coarse_truss.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/line_stiffness.hpp"
 #include "conduction/linear_algebra.hpp"
@@ -200,8 +201,9 @@ std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbou
 
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
                                        double tolerance) {
-  // On a long line the blocks of the diagonal would take as many iterations as there are points: there the
-  // preconditioner is the whole matrix, factorised, at the price of the last bits on other numbers of ranks.
+  // The blocks of the diagonal take care of what differs from point to point, the coarse grid of the rest. On a long
+  // line that takes too many iterations: there the preconditioner is the whole matrix, factorised, at the price of the
+  // last bits on other numbers of ranks.
   constexpr std::int64_t long_line = 5000;
   const Vec3 unit = over_faces(cloud);
   std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
@@ -213,7 +215,12 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   if (cloud.dimension == 1 && cloud.count > long_line)
     line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
   const LinearMap stiffness = [&](auto p, auto y) { truss.multiply(p, y); };
-  const LinearMap preconditioner = [&](auto r, auto z) { line ? line->solve(r, z) : truss.divide_by_blocks(r, z); };
+  const CoarseTruss coarse(cloud, neighbours, g, unit, held_axes(cloud, neighbours));
+  const LinearMap preconditioner = [&](auto r, auto z) {
+    if (line) return line->solve(r, z);
+    truss.divide_by_blocks(r, z);
+    coarse.add_solution(r, z);
+  };
 
   // The absolute stop keeps CG from wandering when R is already round-off.
   double size = 0;
@@ -248,7 +255,7 @@ void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, 
     truss.multiply(p, y);
     truss.divide_by_blocks(y, y);
   };
-  chebyshev(stiffness, rhs, solution, {.least = 0.08, .largest = 2, .steps = 8});
+  chebyshev(stiffness, rhs, solution, {.least = 0.05, .largest = 2, .steps = 10});
   truss.change_weights(solution, g);
 }
 

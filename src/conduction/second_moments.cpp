@@ -21,11 +21,11 @@ constexpr int sinkhorn_sweeps = 10;
 /// these steps leave, fields that change their sign from point to point, is neither in the errors nor better known from
 /// volumes. Fits solved to the end give the same errors within 3 % on jittered squares and cubes, tubes and plates with
 /// holes.
-constexpr int steps_of_fit = 3;
-constexpr double least_of_fit = 0.4;
+constexpr int steps_of_fit = 4;
+constexpr double least_of_fit = 0.3;
 /// Of the diagonal: keeps the blocks of points regular that see too few others for six unknowns; and (M) is no truer
 /// than the volumes: sectors of rings are not the cells of their points.
-constexpr double softness_of_nearest = 5e-3, softness_of_sectors = 0.2;
+constexpr double softness_of_nearest = 1e-3, softness_of_sectors = 0.2;
 constexpr double softness_at_cracks = 1e-3;
 constexpr double floor_of_fit = 0.02;
 
