@@ -18,8 +18,8 @@ import numpy as np
 
 from . import convergence, refine, toml
 from .case import Case
-from .command import CalorError, CommandError, NumbersError
-from .result import FileError, Result
+from .command import CalorError, CommandError, FileError, NumbersError
+from .result import Result
 
 METHODS = ("sph", "peridynamics", "mlpg")
 FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # finer than the case, as long as time is left
@@ -185,7 +185,7 @@ class Certificate:
         power = 4.0
         if len(cost) > 1 and t > 1:
             power = min(max(np.log(t / cost[-2][1]) / np.log(f / cost[-2][0]), 1), 5)
-        return t * (factor / f) ** power
+        return float(t * (factor / f) ** power)
 
     def _compare_in_time(self, coarse: Sequence[Run], fine: Sequence[Run]) -> None:
         """What error in time is left of the change: a third with steps of first order; errors of controlled steps go like

@@ -39,7 +39,7 @@ def observed_order(h: Sequence[float], f: Sequence[float]) -> float:
         return math.nan
 
     def excess(p: float) -> float:
-        return (h1**p - h2**p) / (h2**p - h3**p) - first / second
+        return float((h1**p - h2**p) / (h2**p - h3**p) - first / second)
 
     low, high = 0.05, 8.0
     if excess(low) > 0 or excess(high) < 0:
@@ -52,7 +52,7 @@ def observed_order(h: Sequence[float], f: Sequence[float]) -> float:
 
 def extrapolated(h: Sequence[float], f: Sequence[float], p: float) -> float:
     """The limit of the last two values with order p."""
-    return f[-1] + (f[-1] - f[-2]) / ((h[-2] / h[-1]) ** p - 1)
+    return float(f[-1] + (f[-1] - f[-2]) / ((h[-2] / h[-1]) ** p - 1))
 
 
 def limit(h: Sequence[float], f: Sequence[float], round_off: float, other: float = 0) -> Limit:

@@ -20,7 +20,7 @@ import numpy as np
 from . import convergence, quantities, toml
 from .case import Case
 from .command import CaseError, CalorError, CommandError
-from .result import Result, split_unit
+from .result import Array, Result, split_unit
 
 LONGEST_STEP = 0.5    # of an unknown in one step, of its value
 DIFFERENCE = 1e-2     # of an unknown for a derivative: well above what adaptive steps and solvers leave
@@ -48,12 +48,12 @@ class Data:
 
     name: str
     of_probe: bool
-    t: np.ndarray
-    value: np.ndarray
+    t: Array
+    value: Array
     noise: float
     where: str  # file and line, or the case
 
-    def computed(self, result: Result) -> np.ndarray:
+    def computed(self, result: Result) -> Array:
         if self.of_probe:
             history = result.probes
             return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
@@ -119,7 +119,8 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         raise refuse(f"{path} has {'no such' if not columns else 'several'} columns{f' named {wanted}' if wanted else ''}",
                      f"take one of {', '.join(rows[0][n] for n in others)} as 'column'")
     in_time, column = names.index("time"), columns[0]
-    t, value = [], []
+    times: list[float] = []
+    values: list[float] = []
     try:
         to_s = quantities.unit_of(headings[in_time][1], "s", f"{path}:1")
         to_unit = quantities.unit_of(headings[column][1], kind, f"{path}:1")
@@ -138,10 +139,11 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         at = at * to_s[0]
         if not 0 <= at <= end * (1 + 1e-9):
             raise refuse(f"a time of {at:g} s outside the run, which ends at {end:g} s", "leave the row out, or let the run last longer", place)
-        t.append(at), value.append(measured * to_unit[0] + to_unit[1])
-    if not t:
+        times.append(at)
+        values.append(measured * to_unit[0] + to_unit[1])
+    if not times:
         raise refuse(f"{path} has no rows", "give measurements")
-    return Data(name, of_probe, np.array(t), np.array(value), noise, where)
+    return Data(name, of_probe, np.array(times), np.array(values), noise, where)
 
 
 @dataclass
@@ -151,15 +153,15 @@ class Fit:
 
     unknowns: list[Unknown]
     data: list[Data]
-    values: np.ndarray
-    deviation: np.ndarray
-    correlation: np.ndarray
+    values: Array
+    deviation: Array
+    correlation: Array
     misfit: float
     runs: int
     converged: bool
     folder: pathlib.Path
     result: Result
-    residuals: list[np.ndarray] = field(default_factory=list)
+    residuals: list[Array] = field(default_factory=list)
 
     def remarks(self) -> list[str]:
         """What the measurements do not tell, in sentences."""
@@ -245,7 +247,7 @@ class Search:
         except CommandError as error:
             raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, "fit.unknown") from None
 
-    def run(self, x: np.ndarray) -> tuple[np.ndarray, Result]:
+    def run(self, x: Array) -> tuple[Array, Result]:
         """Residuals over noise, what is expected of the unknowns among them."""
         values = {u.key: quantities.joined(value, u.unit) for u, value in zip(self.unknowns, x)}
         self.runs += 1
@@ -256,15 +258,16 @@ class Search:
         r.append(np.array([(value - u.expected) / u.within for u, value in zip(self.unknowns, x) if u.expected is not None]))
         return np.concatenate(r), result
 
-    def derivatives(self, x: np.ndarray, r: np.ndarray) -> np.ndarray:
+    def derivatives(self, x: Array, r: Array) -> Array:
         """dr/dx by differences, side by side."""
-        def column(n: int) -> np.ndarray:
+        def column(n: int) -> Array:
             h = DIFFERENCE * abs(x[n])
             if x[n] + h > self.unknowns[n].high:
                 h = -h
             changed = x.copy()
             changed[n] += h
-            return (self.run(changed)[0] - r) / h
+            slope: Array = (self.run(changed)[0] - r) / h
+            return slope
 
         with ThreadPoolExecutor(self.j) as pool:
             return np.column_stack(list(pool.map(column, range(x.size))))
@@ -311,7 +314,7 @@ class Search:
             J = self.derivatives(x, r)
         return self._fit(x, r, J, result, converged)
 
-    def _fit(self, x: np.ndarray, r: np.ndarray, J: np.ndarray, result: Result, converged: bool) -> Fit:
+    def _fit(self, x: Array, r: Array, J: Array, result: Result, converged: bool) -> Fit:
         size = np.abs(x)
         _, s, V = np.linalg.svd(J * size, full_matrices=False)
         with np.errstate(divide="ignore"):

@@ -15,8 +15,8 @@ import numpy as np
 
 from . import certify, quantities
 from .case import Case
-from .command import CalorError, CommandError
-from .result import FileError, Result
+from .command import CalorError, CommandError, FileError
+from .result import Result
 
 
 def samples(ranges: Mapping[str, Any], count: int, seed: int) -> list[dict[str, Any]]:
@@ -98,9 +98,9 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
           say: Callable[[str], None] = lambda line: None) -> Study:
     """Runs what [study] asks for, and `values` besides, `j` runs side by side. Runs that lie in `folder` (default:
     results/NAME-study) from before with the same case are not run again. Writes study.csv. Raises CalorError."""
-    case = case if isinstance(case, Case) else Case(case)
-    into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{case.name}-study"
-    written = case.to_dict()
+    base = case if isinstance(case, Case) else Case(case)
+    into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-study"
+    written = base.to_dict()
     asked = dict(written.get("study", {}))
     asked["values"] = {**asked.get("values", {}), **(values or {})}
     runs = plan(asked)
@@ -120,7 +120,7 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
                 result = Result(place)
                 reused += 1
             except FileError:
-                result = case.changed({**changes, "output.fields": False}).run(place, show_progress=False)
+                result = base.changed({**changes, "output.fields": False}).run(place, show_progress=False)
         except CalorError as error:
             row["failed"] = str(error)
             say(f"{number + 1} of {len(runs)} failed: {error}")
