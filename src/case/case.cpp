@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 #include <optional>
@@ -170,6 +171,28 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
   return c;
 }
 
+namespace {
+
+/// A condition is 0 or 1, or a whole number where conditions are added; looked at where a body may well be. Not every
+/// formula is finite there.
+bool is_condition(const Function& f) {
+  constexpr int places = 64;
+  for (int n = 1; n <= places; ++n) {
+    const double size = std::pow(10, -4 + n % 5);  // 0.1 mm to 1 m
+    const Vec3 x = size * Vec3{std::sin(1.7 * n), std::sin(2.9 * n), std::sin(4.3 * n)};
+    double value = 0;
+    try {
+      f.evaluate({.x = {&x, 1}}, {&value, 1});
+    } catch (const Error&) {
+      continue;
+    }
+    if (value != std::round(value)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
 Function where_function(const Case& c, const Table& table) {
   try {
     to_si(1, table.text("length"), "m");
@@ -184,6 +207,11 @@ Function where_function(const Case& c, const Table& table) {
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),
                              f.depends_on_time() ? "time" : "temperature"),
                  "use x, y, z and r only");
+  if (!is_condition(f))
+    table.refuse(
+        "where",
+        fmt::format("'where' = \"{0}\" is a number, and no condition that holds or does not", table.text("where")),
+        fmt::format("write a comparison, such as \"{} > 0\"", table.text("where")));
   return f;
 }
 
