@@ -13,5 +13,6 @@ install(EXPORT calor NAMESPACE calor:: FILE calor-targets.cmake DESTINATION ${pa
 install(FILES cmake/calor-config.cmake cmake/dependencies.cmake ${CMAKE_BINARY_DIR}/calor-config-version.cmake
         DESTINATION ${package_folder})
 install(FILES ${CMAKE_BINARY_DIR}/calor.1 DESTINATION ${CMAKE_INSTALL_MANDIR}/man1)
+install(FILES cmake/calor-completion.bash DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions RENAME calor)
 install(DIRECTORY cases DESTINATION ${CMAKE_INSTALL_DATADIR}/calor PATTERN __pycache__ EXCLUDE)
 install(DIRECTORY python DESTINATION ${CMAKE_INSTALL_DATADIR}/calor PATTERN __pycache__ EXCLUDE)

@@ -12,6 +12,7 @@
 #include <thread>
 
 #include "app/doc.hpp"
+#include "app/json_schema.hpp"
 #include "app/run.hpp"
 #include "app/schema.hpp"
 #include "app/verbs.hpp"
@@ -28,7 +29,7 @@ struct CommandLine {
   std::string case_file, folder, json, name, from, key;
   std::vector<std::string> overrides, paths;
   int ranks = 1;
-  bool quiet = false;
+  bool quiet = false, as_schema = false;
 };
 
 int show_help(CLI::App& app, const std::string& verb) {
@@ -130,6 +131,7 @@ int main(int argc, char** argv) {
   list->add_option("WORD", a.key, "only those that speak of it");
   CLI::App* doc = app.add_subcommand("doc", "the manual of case files");
   doc->add_option("WORD", a.key, "a section, a key or whatever it is about: cloud, cloud.rings, radiation, units");
+  doc->add_flag("--schema", a.as_schema, "a JSON Schema of case files, for editors");
   CLI::App* help = app.add_subcommand("help", "what calor can do, or one verb");
   help->add_option("VERB", a.name);
 
@@ -160,7 +162,9 @@ int main(int argc, char** argv) {
     if (std::ranges::any_of(of_python, [](CLI::App* verb) { return verb->parsed(); }))
       become_python({argv + 1, argv + argc});
     if (*doc) {
-      fmt::print("{}", a.key.empty() ? manual(schema()) : manual_on(schema(), a.key, stdout_takes_colour()));
+      fmt::print("{}", a.as_schema     ? json_schema(schema())
+                       : a.key.empty() ? manual(schema())
+                                       : manual_on(schema(), a.key, stdout_takes_colour()));
       return 0;
     }
     if (a.ranks > 1) {
