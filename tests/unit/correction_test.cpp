@@ -173,6 +173,15 @@ TEST(Correction, IsOfSecondOrderOnJitteredClouds) {
   EXPECT_GE(std::log2(harmonic_error(9, 3) / harmonic_error(17, 3)), 1.7);
 }
 
+TEST(Correction, TakesHardlyMoreIterationsOnLargeBodies) {
+  // The blocks of the points alone take as many times more as there are points more along an edge: four times.
+  const auto iterations = [](std::int64_t n) {
+    const auto report = sph_weights(box_cloud({n, n}, 1, {.jitter = 0.2}), 1.2).report;
+    return static_cast<double>(report.lambda_iterations) / report.lambda_solves;
+  };
+  EXPECT_LE(iterations(121), 2.5 * iterations(31));  // 52 against 25.5
+}
+
 TEST(Correction, RefusesATrussThatCannotStand) {
   // Two bars in a line under a force across them: no weights can balance it.
   Cloud cloud = box_cloud({3, 2}, 1);
