@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/model.hpp"
+#include "app/say.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
@@ -46,7 +47,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   const auto powers = system.source_powers(0, system.temperatures(state.T));
   if (rank_of(comm) != 0) return 0;
 
-  const auto line = [](const char* what, const std::string& value) { fmt::print("{:<22}{}\n", what, value); };
+  const auto line = [](const char* what, const std::string& value) { say(fmt::format("{:<22}{}\n", what, value)); };
   line("case", c.name());
   line("method", chosen_method(c).name);
   line("points", fmt::format("{} in {}D, {} with prescribed temperature", cloud.count, cloud.dimension, prescribed));

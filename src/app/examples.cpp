@@ -7,6 +7,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/say.hpp"
 #include "app/verbs.hpp"
 #include "base/fold.hpp"
 #include "case/tree.hpp"
@@ -90,12 +91,11 @@ int list_examples(const std::string& word) {
   for (const Example& example : examples()) {
     if (!word.empty() && (example.name + " " + example.sentence).find(word) == std::string::npos) continue;
     is_any = true;
-    for (const std::string& line : folded(example.sentence, fmt::format("{:<29} ", example.name), 30))
-      fmt::print("{}\n", line);
+    for (const std::string& line : folded(example.sentence, fmt::format("{:<29} ", example.name), 30)) say(line + "\n");
   }
   if (!is_any)
     throw Error(Fault::command, fmt::format("no example speaks of '{}'", word), "calor examples lists all of them");
-  fmt::print("\ncalor new NAME --from EXAMPLE copies one.\n");
+  say("\ncalor new NAME --from EXAMPLE copies one.\n");
   return 0;
 }
 

@@ -3,70 +3,140 @@
 #include <fmt/ranges.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <algorithm>
-#include <cstdio>
+#include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <functional>
+#include <new>
+#include <optional>
+#include <string>
 #include <thread>
+#include <utility>
 
 #include "app/doc.hpp"
+#include "app/interrupts.hpp"
 #include "app/json_schema.hpp"
 #include "app/run.hpp"
+#include "app/say.hpp"
 #include "app/schema.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
 #include "base/terminal.hpp"
+#include "base/units.hpp"
+#include "output/checkpoint.hpp"
 #include "output/report.hpp"
 
 namespace {
 
 using namespace calor;
 
+/// A time by the clock in s: "90s", "3h", "30 min", or a number of seconds.
+double time_of(const std::string& text) {
+  const std::size_t digits = std::min(text.find_first_not_of("0123456789."), text.size());
+  const std::size_t unit = std::min(text.find_first_not_of(' ', digits), text.size());
+  try {
+    const double time = std::stod(text.substr(0, digits));
+    const double s = unit < text.size() ? to_si(time, text.substr(unit), "s") : time;
+    if (s > 0) return s;
+  } catch (const std::exception&) {
+  }
+  throw CLI::ValidationError("--time-limit", fmt::format("'{}' is no time: write it as in 90s, 30min or 3h", text));
+}
+
 struct CommandLine {
   std::string case_file, folder, json, name, from, key;
   std::vector<std::string> overrides, paths;
+  std::optional<double> time_limit;  // s
   int ranks = 1;
-  bool quiet = false, as_schema = false;
+  bool quiet = false, restart = false, as_schema = false;
 };
 
 int show_help(CLI::App& app, const std::string& verb) {
   if (verb.empty()) {  // help() of an app is that of the verb it was called with
-    fmt::print("{}", app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
+    say(app.get_formatter()->make_help(&app, app.get_name(), CLI::AppFormatMode::Normal));
     return 0;
   }
   for (const CLI::App* known : app.get_subcommands({}))
     if (known->get_name() == verb) {
-      fmt::print("{}", known->help("calor"));
+      say(known->help("calor"));
       return 0;
     }
   throw Error(Fault::command, fmt::format("there is no verb '{}'", verb), "calor help lists them");
 }
 
+std::string folder_of(const CommandLine& a, const Case& c) {
+  return a.folder.empty() ? "results/" + c.name() : a.folder;
+}
+
+/// What a run that did not come to its end has left.
+std::string left_in(const std::string& folder) {
+  const auto at = newest_checkpoint(folder);
+  return at ? fmt::format("{} holds the results so far; --restart goes on from {}", folder, *at)
+            : fmt::format("there is no checkpoint in {} to go on from", folder);
+}
+
 int run_verb(const CommandLine& a, MPI_Comm comm) {
   const Case c = Case::read(a.case_file, schema(), a.overrides);
-  const std::string folder = a.folder.empty() ? "results/" + c.name() : a.folder;
-  catch_interrupts();
-  const RunResult result = run(c, comm, {.folder = folder, .quiet = a.quiet});
+  const std::string folder = folder_of(a, c);
+  catch_interrupts(rank_of(comm));
+  std::signal(SIGPIPE, SIG_IGN);  // who reads the output may go away: the results are what counts
+  const RunResult result =
+      run(c, comm, {.folder = folder, .quiet = a.quiet, .restart = a.restart, .time_limit = a.time_limit});
   if (rank_of(comm) == 0) {
     const TemperatureUnit unit = TemperatureUnit::of(c);
-    if (!a.quiet) fmt::print("{}\n", fmt::join(summary(result, unit), "\n"));
+    if (!a.quiet) say(fmt::format("{}\n", fmt::join(summary(result, unit), "\n")));
     for (const Verdict& v : result.verdicts)
-      if (!a.quiet || !v.passed) fmt::print("{}\n", line(v, unit, stdout_takes_colour()));
-    if (!a.quiet) fmt::print("results      {}\n", folder);
-    if (!a.quiet) fmt::print("next         calor report {}\n", folder);
+      if (!a.quiet || !v.passed) say(line(v, unit, stdout_takes_colour()) + "\n");
+    if (result.is_cut_short()) {
+      complain(fmt::format("calor: {}: {}",
+                           result.interrupted_by ? fmt::format("interrupted by signal {}", result.interrupted_by)
+                                                 : "the time limit is over",
+                           left_in(folder)));
+    } else if (!a.quiet) {
+      say(fmt::format("results      {}\n", folder));
+      say(fmt::format("next         calor report {}\n", folder));
+    }
   }
   if (result.interrupted_by) return 128 + result.interrupted_by;
+  if (result.is_out_of_time) return out_of_time;
   return result.passed() ? 0 : 1;
+}
+
+constexpr const char* no_memory = "calor: there is too little memory: take fewer points, or more machines";
+
+/// While MPI and PETSc start. Where they cannot they end the process with a code that means something else here.
+bool is_starting = false;
+void tell_of_failed_start() {
+  if (!std::exchange(is_starting, false)) return;
+  complain("calor: MPI cannot start: look at its message above, for files, memory and a folder for temporary files");
+  _exit(code_for_launcher(machine_lacks));
+}
+
+/// MPI without files left says much and ends the process with a code of its own.
+void require_open_files() {
+  constexpr std::size_t needed = 32;  // of MPI, units and results
+  std::vector<int> open_files;
+  while (open_files.size() < needed && (open_files.empty() || open_files.back() >= 0))
+    open_files.push_back(dup(STDERR_FILENO));
+  const bool are_enough = open_files.back() >= 0;
+  for (const int file : open_files) close(file);
+  if (!are_enough)
+    throw MachineLacks(fmt::format("fewer than {} more files may be open at once: see ulimit -n", needed));
 }
 
 /// Runs a verb under MPI and PETSc; PETSc's own handlers would print stacks over our messages.
 int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
+  is_starting = true;
+  std::atexit(tell_of_failed_start);
   int no_arguments = 1;  // all words on the command line are calor's own; PETSc reads PETSC_OPTIONS
   PetscCall(PetscInitialize(&no_arguments, &argv, nullptr, nullptr));
   PetscCall(PetscPopSignalHandler());
+  is_starting = false;
   petsc::collect_errors();
   int code = 0;
   double patience = 1e9;  // s
@@ -77,26 +147,52 @@ int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
     code = static_cast<int>(e.fault()), message = e.what(), patience = 60;
   } catch (const CollectiveMismatch& e) {
     code = static_cast<int>(Fault::numbers), message = e.what();
-  } catch (const std::exception& e) {  // such as too little memory, on this rank alone
-    fmt::print(stderr, "calor: {}\n", e.what());
-    MPI_Abort(PETSC_COMM_WORLD, static_cast<int>(Fault::numbers));
+  } catch (const std::bad_alloc&) {
+    code = machine_lacks, message = no_memory, patience = 60;
+  } catch (const std::exception& e) {  // on this rank alone
+    complain(fmt::format("calor: {}", e.what()));
+    MPI_Abort(PETSC_COMM_WORLD, code_for_launcher(static_cast<int>(Fault::numbers)));
   }
-  if (!message.empty() && rank_of(PETSC_COMM_WORLD) == 0) fmt::print(stderr, "{}\n", message);
+  if (!message.empty() && rank_of(PETSC_COMM_WORLD) == 0) complain(message);
   // Errors are everyone's. If this one were not, the other ranks would wait for this one for ever.
   if (!all_arrive(PETSC_COMM_WORLD, patience)) {
-    fmt::print(stderr, "on rank {} alone: {}\n", rank_of(PETSC_COMM_WORLD), message);
-    MPI_Abort(PETSC_COMM_WORLD, code);
+    complain(fmt::format("on rank {} alone: {}", rank_of(PETSC_COMM_WORLD), message));
+    MPI_Abort(PETSC_COMM_WORLD, code_for_launcher(code));
   }
+  code = finish_output(code);
   PetscCall(PetscFinalize());
-  return code;
+  return code_for_launcher(code);
 }
 
-}  // namespace
+/// Runs the command on several processes and tells what they could not tell.
+int launch_verb(const CommandLine& a, const std::vector<std::string>& words) {
+  const int most = std::max(64, 4 * static_cast<int>(std::thread::hardware_concurrency()));
+  if (a.ranks > most)
+    throw Error(Fault::command, fmt::format("-j {} are too many processes for this machine", a.ranks),
+                fmt::format("take at most {}", most));
+  // A wrong case is told once, before any rank starts.
+  const Case c = Case::read(a.case_file, schema(), a.overrides);
+  const Launched ended = launch(a.ranks, words);
+  if (!ended.is_told)
+    complain(fmt::format("calor: ended by signal {} ({}): {}", ended.code - 128, strsignal(ended.code - 128),
+                         left_in(folder_of(a, c))));
+  return ended.code;
+}
 
-int main(int argc, char** argv) {
-  end_with_launcher();
-  // Alone, without Open MPI's helper process: those of runs that start at once trip over each other's folders.
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+/// The words of the command line without -j N.
+std::vector<std::string> without_ranks(int argc, char** argv) {
+  std::vector<std::string> words;
+  for (int n = 1; n < argc; ++n) {
+    const std::string word = argv[n];
+    if (word == "-j")
+      ++n;
+    else if (!word.starts_with("-j"))
+      words.push_back(word);
+  }
+  return words;
+}
+
+int command(int argc, char** argv) {
   spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
   spdlog::set_pattern("%v");
   spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only
@@ -119,6 +215,10 @@ int main(int argc, char** argv) {
         "unit of the temperatures it speaks of: K, degC or degF");
   }
   run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
+  run->add_flag("--restart", a.restart, "go on from the newest checkpoint in the folder");
+  run->add_option_function<std::string>(
+      "--time-limit", [&a](const std::string& text) { a.time_limit = time_of(text); },
+      "store the run and end it after this time, e.g. 90s or 3h (code 75)");
   run->add_flag("--quiet", a.quiet, "print errors and failed expectations only");
 
   CLI::App* verify = app.add_subcommand("verify", "run cases and compare with what they expect");
@@ -146,7 +246,8 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {
-    return app.exit(e);
+    app.exit(e);
+    return finish_output(0);
   } catch (const CLI::ParseError& e) {
     app.exit(e);
     return static_cast<int>(Fault::command);
@@ -154,37 +255,23 @@ int main(int argc, char** argv) {
 
   if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
   try {
+    require_open_files();
     if (*help && std::ranges::any_of(of_python, [&](CLI::App* verb) { return verb->get_name() == a.name; }))
       become_python({a.name, "--help"});
-    if (*help) return show_help(app, a.name);
-    if (*fresh) return new_case(a.name, a.from);
-    if (*list) return list_examples(a.key);
+    if (*help) return finish_output(show_help(app, a.name));
+    if (*fresh) return finish_output(new_case(a.name, a.from));
+    if (*list) return finish_output(list_examples(a.key));
     if (std::ranges::any_of(of_python, [](CLI::App* verb) { return verb->parsed(); }))
       become_python({argv + 1, argv + argc});
     if (*doc) {
-      fmt::print("{}", a.as_schema     ? json_schema(schema())
-                       : a.key.empty() ? manual(schema())
-                                       : manual_on(schema(), a.key, stdout_takes_colour()));
-      return 0;
+      say(a.as_schema     ? json_schema(schema())
+          : a.key.empty() ? manual(schema())
+                          : manual_on(schema(), a.key, stdout_takes_colour()));
+      return finish_output(0);
     }
-    if (a.ranks > 1) {
-      const int most = std::max(64, 4 * static_cast<int>(std::thread::hardware_concurrency()));
-      if (a.ranks > most)
-        throw Error(Fault::command, fmt::format("-j {} are too many processes for this machine", a.ranks),
-                    fmt::format("take at most {}", most));
-      Case::read(a.case_file, schema(), a.overrides);  // a wrong case is told once, before any rank starts
-      std::vector<std::string> words;
-      for (int n = 1; n < argc; ++n) {
-        const std::string word = argv[n];
-        if (word == "-j")
-          ++n;
-        else if (!word.starts_with("-j"))
-          words.push_back(word);
-      }
-      return launch(a.ranks, words);
-    }
+    if (a.ranks > 1) return launch_verb(a, without_ranks(argc, argv));
   } catch (const Error& e) {
-    fmt::print(stderr, "{}\n", e.what());
+    complain(e.what());
     return static_cast<int>(e.fault());
   }
 
@@ -193,4 +280,23 @@ int main(int argc, char** argv) {
     if (*verify) return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
     return run_verb(a, comm);
   });
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  open_standard_files();
+  std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
+  end_with_launcher();
+  // Alone, without Open MPI's helper process: those of runs that start at once trip over each other's folders, and it
+  // takes as long to start as MPI itself.
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  try {
+    return command(argc, argv);
+  } catch (const std::bad_alloc&) {
+    complain(no_memory);
+  } catch (const std::exception& e) {  // MachineLacks, and what nobody has foreseen
+    complain(fmt::format("calor: {}", e.what()));
+  }
+  return machine_lacks;
 }

@@ -77,6 +77,11 @@ void check_output(const Table& output, double end) {
                   fmt::format("fields every {:g} s would be {:.3g} in {:g} s", output.number("every"),
                               end / output.number("every"), end),
                   fmt::format("write them at most {:g} times: a row of probes.csv costs less", most_fields));
+  if (!(output.number("checkpoint") >= 0))
+    output.refuse("checkpoint", fmt::format("a time of {} s is negative", output.number("checkpoint")),
+                  "give a positive one, or 0 s for none");
+  if (output.has("checkpoint_steps") && output.integer("checkpoint_steps") < 1)
+    output.refuse("checkpoint_steps", fmt::format("{} steps", output.integer("checkpoint_steps")), "give at least 1");
   for (double t : output.has("times") ? output.numbers("times") : std::vector<double>{})
     if (!(t >= 0 && t <= end * (1 + 1e-12)))
       output.refuse("times", fmt::format("{} s is not between the start and the end of the run, {} s", t, end),

@@ -6,6 +6,7 @@
 #include <sstream>
 
 #include "app/examples.hpp"
+#include "app/say.hpp"
 #include "app/verbs.hpp"
 #include "base/fold.hpp"
 #include "case/tree.hpp"
@@ -46,8 +47,8 @@ void write_new(const std::filesystem::path& path, const std::string& text) {
 int offer_starters() {
   for (const std::string& name : starters())
     for (const std::string& line : folded(find_example(name).sentence, fmt::format("calor new {:<10}", name), 20))
-      fmt::print("{}\n", line);
-  fmt::print("\nAny other NAME begins as a plate. calor new NAME --from EXAMPLE copies one of calor examples.\n");
+      say(line + "\n");
+  say("\nAny other NAME begins as a plate. calor new NAME --from EXAMPLE copies one of calor examples.\n");
   return 0;
 }
 
@@ -74,11 +75,11 @@ int new_case(const std::string& name, const std::string& from) {
     write_new(path.parent_path() / here, contents(there / file));
   }
   write_new(path, text);
-  fmt::print("{} written{}; try: calor run {}\n", path.string(),
-             files.empty()      ? ""
-             : files.size() > 1 ? fmt::format(" with {} files that it names", files.size())
-                                : ", and " + files.front(),
-             path.string());
+  say(fmt::format("{} written{}; try: calor run {}\n", path.string(),
+                  files.empty()      ? ""
+                  : files.size() > 1 ? fmt::format(" with {} files that it names", files.size())
+                                     : ", and " + files.front(),
+                  path.string()));
   return 0;
 }
 

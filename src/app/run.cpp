@@ -4,12 +4,14 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
-#include <cmath>
-#include <csignal>
-#include <set>
+#include <filesystem>
+#include <optional>
 
+#include "app/interrupts.hpp"
+#include "app/march.hpp"
 #include "app/model.hpp"
 #include "base/parallel.hpp"
+#include "output/checkpoint.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
@@ -18,42 +20,6 @@
 
 namespace calor {
 namespace {
-
-volatile std::sig_atomic_t interrupted = 0;
-
-/// The times a run lands on, and those in between at which it is recorded.
-class Timeline {
- public:
-  Timeline(const Case& c, const HeatSystem& system, const Observers& observers)
-      : end_(c.section("time").number("end")),
-        sample_every_(end_ / static_cast<double>(c.section("output").integer("samples"))),
-        next_sample_(sample_every_) {
-    add(end_);
-    for (const auto& observer : observers)
-      for (const double t : observer->times()) add(t);
-    for (const double t : system.events()) add(t);
-  }
-
-  double end() const { return end_; }
-  const std::set<double>& stops() const { return stops_; }
-  /// Is a sample due at t? Not at a stop, where there is one anyway.
-  bool sample_is_due(double t) {
-    if (t < next_sample_ * (1 - 1e-12) || stops_.contains(t)) return false;
-    next_sample_ = (std::floor(t / sample_every_ * (1 + 1e-12)) + 1) * sample_every_;
-    return true;
-  }
-
- private:
-  /// Adds t if it lies in (0, end]. What differs by round-off alone is one time.
-  void add(double t) {
-    if (t <= 0 || t > end_ * (1 + 1e-12)) return;
-    const auto near = stops_.lower_bound(t - 1e-12 * end_);
-    if (near == stops_.end() || *near > t + 1e-12 * end_) stops_.insert(t);
-  }
-
-  double end_, sample_every_, next_sample_;
-  std::set<double> stops_;
-};
 
 void solve(const RunSetup& run, State& state, const Observers& observers, RunResult& result) {
   SteadyReport report;
@@ -71,50 +37,6 @@ void solve(const RunSetup& run, State& state, const Observers& observers, RunRes
   Moment end(run.system, state);
   end.is_last = true;
   for (const auto& observer : observers) observer->record(end), observer->at_stop(end);
-}
-
-void march(const RunSetup& run, State& state, Integrator& integrator, const Observers& observers, RunResult& result) {
-  HeatSystem& system = run.system;
-  Timeline timeline(run.description, system, observers);
-  bool is_over = false;
-  double recorded_at = -1;
-  const auto record = [&](const Moment& m) {
-    if (state.t == recorded_at) return;
-    recorded_at = state.t;
-    for (const auto& observer : observers) observer->record(m);
-  };
-  const auto after_step = [&](const State&) {
-    const Moment m(system, state, integrator.counts.steps);
-    for (const auto& observer : observers) is_over = !observer->after_step(m) || is_over;
-    if (timeline.sample_is_due(state.t)) record(m);
-    if (any(run.comm(), interrupted != 0)) result.interrupted_by = interrupted != 0 ? interrupted : SIGTERM;
-    return !is_over && result.interrupted_by == 0;
-  };
-  const auto look = [&] {
-    Moment m(system, state, integrator.counts.steps);
-    m.is_last = is_over || state.t == timeline.end();
-    m.interrupted_by = result.interrupted_by;
-    record(m);
-    for (const auto& observer : observers) observer->at_stop(m);
-  };
-
-  look();
-  for (const double stop : timeline.stops()) {
-    system.apply(state.t * (1 + 1e-12));
-    run.phases.measure("march", [&] { integrator.advance(system, state, stop, after_step); });
-    look();
-    if (is_over || result.interrupted_by) break;
-  }
-  const StepCounts& n = integrator.counts;
-  result.numbers.insert({{"steps", n.steps},
-                         {"rejected_steps", n.rejected},
-                         {"rate_evaluations", n.rate_evaluations},
-                         {"newton_iterations", n.newton_iterations},
-                         {"linear_iterations", n.linear_iterations},
-                         {"most_stages", n.most_stages},
-                         {"smallest_step", n.smallest_step},
-                         {"largest_step", n.largest_step},
-                         {"end", state.t}});
 }
 
 double peak_memory() {
@@ -145,11 +67,25 @@ void add_numbers(const Model& model, State& end, RunResult& result) {
   }
 }
 
+void refuse_restart_of_steady(const Case& c) {
+  if (is_steady(c))
+    c.root().refuse("steady", "a steady state has no checkpoints to go on from", "run it anew, without --restart");
+}
+
 RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, RunLog& log) {
   const auto say = [&](spdlog::level::level_enum level, const std::string& text) {
     if (rank_of(comm) == 0) spdlog::log(level, text);
   };
   const TemperatureUnit unit = TemperatureUnit::of(c);
+  FolderLock lock(comm, options.folder);
+  // A new folder is made when nothing is left for which the case can be refused.
+  if (any(comm, std::filesystem::is_directory(options.folder))) lock.take();
+  std::optional<StoredRun> stored;
+  if (options.restart) {
+    refuse_restart_of_steady(c);
+    stored = find_checkpoint(comm, options.folder, c);
+  }
+  Pace pace(c, comm, options.time_limit);
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
@@ -181,41 +117,52 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   result.texts = {{"method", method}, {"integrator", integrator ? integrator->name() : "steady"}};
   if (integrator) result.texts["integrator_why"] = integrator->why;
 
+  const NumberedPoints points(comm, std::span(model.cloud->id).first(model.cloud->owned));
+  Checkpoints checkpoints(c, points, options.folder, stored ? std::optional(stored->slot) : std::nullopt);
+  std::optional<March> march;
+  if (integrator) march.emplace(setup, state, *integrator, observers, lock);
+  if (stored) {
+    stored->archive->distribute(points);
+    march->exchange(*stored->archive);
+  }
+
   // What a case can be refused for has been refused: from here on files are written.
-  log.open(options.folder);
+  lock.take();
+  const InterruptsWait results_first;
+  log.open(options.folder, stored.has_value());
+  if (stored) {
+    for (const std::string& note : stored->notes) say(spdlog::level::warn, note);
+    say(spdlog::level::info, fmt::format("restarted at t = {:.6g} s, after {} steps", state.t, stored->head.steps));
+  } else {
+    checkpoints.remove();
+  }
   set_report_aside(comm, options.folder);
   for (const auto& observer : observers) observer->begin();
   say(spdlog::level::debug, fmt::format("integrator {}", result.texts["integrator"]));
   try {
-    if (integrator)
-      march(setup, state, *integrator, observers, result);
+    if (march)
+      march->run(pace, checkpoints, result);
     else
       solve(setup, state, observers, result);
   } catch (const Error& e) {
     if (e.fault() != Fault::bad_case) throw;
     throw Error(Fault::numbers, e.location(), e.problem(), e.cure());  // the case went well until here
   }
+  lock.require_folder();
   add_numbers(model, state, result);
   Moment end(system, state);
-  end.interrupted_by = result.interrupted_by;
+  end.is_cut_short = result.is_cut_short();
   for (const auto& observer : observers) observer->finish(end, result);
   result.numbers["interrupted_by"] = result.interrupted_by;
   write_report(comm, options.folder, c, result, phases);
   result.wall = phases.elapsed();
   for (const std::string& text : summary(result, unit)) say(spdlog::level::debug, text);
   for (const Verdict& v : result.verdicts) say(spdlog::level::debug, line(v, unit));
+  if (!result.is_cut_short()) checkpoints.remove();
   return result;
 }
 
 }  // namespace
-
-void catch_interrupts() {
-  const auto note = [](int number) {
-    interrupted = number == SIGUSR1 ? SIGINT : number;
-    std::signal(number, SIG_DFL);  // the second time it is meant
-  };
-  for (int signal : {SIGINT, SIGTERM, SIGUSR1}) std::signal(signal, note);
-}
 
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options) {
   RunLog log(comm);

@@ -2,6 +2,7 @@
 // The way of the data: case -> cloud -> discretisation -> heat system -> integrator -> outputs.
 #include <mpi.h>
 
+#include <optional>
 #include <string>
 
 #include "case/case.hpp"
@@ -10,15 +11,13 @@
 namespace calor {
 
 struct RunOptions {
-  std::string folder;  ///< results; empty: nothing is written
-  bool quiet = false;  ///< no progress line
+  std::string folder;                     ///< results; empty: nothing is written
+  bool quiet = false;                     ///< no progress line
+  bool restart = false;                   ///< go on from the newest checkpoint in the folder
+  std::optional<double> time_limit = {};  ///< by the clock, s: then the run is stored and ends
 };
 
-/// Runs a case. Collective; throws Error.
+/// Runs a case. It ends early, stored, when a signal is noted (app/interrupts.hpp). Collective; throws Error.
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options);
-
-/// Lets SIGINT and SIGTERM (and SIGUSR1, which mpiexec passes on) end a run after the current step, with everything
-/// written so far readable.
-void catch_interrupts();
 
 }  // namespace calor

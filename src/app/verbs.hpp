@@ -2,6 +2,7 @@
 // The verbs of the command besides `run`; each returns the exit code.
 #include <mpi.h>
 
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -27,10 +28,25 @@ int list_examples(const std::string& word);
 /// missing.
 [[noreturn]] void become_python(const std::vector<std::string>& words);
 
-/// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT, SIGTERM and SIGHUP end the run after the
-/// current step; a second one ends it at once, as does, after SIGTERM and SIGHUP, half a minute. When this process is
-/// killed, mpiexec and the ranks end too. Returns the exit code; throws Error(command) where there is no mpiexec.
-int launch(int ranks, const std::vector<std::string>& arguments);
+constexpr int machine_lacks = 6;  ///< exit code where MPI cannot start or memory is short
+constexpr int out_of_time = 75;   ///< exit code of a run that its limit of time ended: EX_TEMPFAIL of sysexits.h
+
+/// What the machine does not have; ends the command with the code machine_lacks.
+class MachineLacks : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+struct Launched {
+  int code;      ///< of the command
+  bool is_told;  ///< the ranks have said why
+};
+/// Runs `ranks` copies of this command under mpiexec, without -j. SIGINT, SIGTERM and SIGHUP go to the ranks; a second
+/// one ends them at once, as does, after SIGTERM and SIGHUP, half a minute. When this process is killed, mpiexec and
+/// the ranks end too. Throws MachineLacks where mpiexec does not start them.
+Launched launch(int ranks, const std::vector<std::string>& arguments);
+/// The code by which a rank started by launch() tells its exit code; the code itself elsewhere.
+int code_for_launcher(int code);
 /// Lets a rank started by launch() end together with its mpiexec, however that ends.
 void end_with_launcher();
 

@@ -5,6 +5,7 @@
 #include <fstream>
 
 #include "app/run.hpp"
+#include "app/say.hpp"
 #include "app/schema.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
@@ -35,10 +36,11 @@ std::vector<std::string> case_files(const std::vector<std::string>& paths) {
 /// One line of the table: verdict, case, what was compared.
 void print(const std::string& name, const Verdict& v, const TemperatureUnit& unit) {
   if (v.passed)
-    fmt::print("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", status(v, stdout_takes_colour()), name, v.what, v.norm,
-               v.error, v.tolerance, v.unit);
+    say(fmt::format("{}  {:<34} {:<60} {} {:.3g} of {:.3g} {}\n", status(v, stdout_takes_colour()), name, v.what,
+                    v.norm, v.error, v.tolerance, v.unit));
   else
-    fmt::print("{}  {:<34} {}\n", status(v, stdout_takes_colour()), name, v.norm == "run" ? v.what : sentence(v, unit));
+    say(fmt::format("{}  {:<34} {}\n", status(v, stdout_takes_colour()), name,
+                    v.norm == "run" ? v.what : sentence(v, unit)));
   std::fflush(stdout);
 }
 
@@ -77,7 +79,7 @@ int verify(const std::vector<std::string>& paths, const std::string& json, MPI_C
     }
   }
   if (speaks) {
-    fmt::print("{} passed, {} failed\n", passed, failed);
+    say(fmt::format("{} passed, {} failed\n", passed, failed));
     if (!json.empty()) {
       std::ofstream out(json);
       out << "[\n" << entries << "\n]\n";

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <new>
 #include <numeric>
 #include <optional>
 #include <string_view>
@@ -275,18 +276,23 @@ std::int64_t offset(MPI_Comm comm, std::int64_t value, CallSite at) {
 
 void collective_try(MPI_Comm comm, const std::function<void()>& work, CallSite at) {
   std::optional<Error> error;
+  bool has_memory = true;
   try {
     work();
   } catch (const CollectiveMismatch&) {
     throw;  // on all ranks
   } catch (const Error& e) {
     error = e;
+  } catch (const std::bad_alloc&) {
+    has_memory = false;
   } catch (const std::exception& e) {
     error = Error(Fault::numbers, e.what(), "");
   }
   const int none = size_of(comm);
-  const int root = reduced(comm, error ? rank_of(comm) : none, MPI_INT, MPI_MIN, at);
+  const int no_memory = -1;
+  const int root = reduced(comm, !has_memory ? no_memory : error ? rank_of(comm) : none, MPI_INT, MPI_MIN, at);
   if (root == none) return;
+  if (root == no_memory) throw std::bad_alloc();
 
   std::array<int, 3> numbers{};
   std::array<std::string, 3> texts;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <exception>
+#include <new>
 #include <string>
 
 #include "base/error.hpp"
@@ -38,10 +39,11 @@ void check(PetscErrorCode code, const char* file, int line) {
   const char* kind = nullptr;
   PetscErrorMessage(code, &kind, nullptr);
   const std::string path = file;
+  if (code == PETSC_ERR_MEM) throw std::bad_alloc();
   throw Error(Fault::numbers,
               fmt::format("PETSc failed ({}:{}): {}{}{}", path.substr(path.rfind('/') + 1), line,
                           kind ? kind : "unknown error", said.empty() ? "" : ": ", said),
-              code == PETSC_ERR_MEM ? "take fewer points, or more memory" : "please report this, with the case file");
+              "please report this, with the case file");
 }
 
 PetscErrorCode hold_exception() {

@@ -255,6 +255,10 @@ void declare_case(Schema& schema) {
            {"probes", Kind::text, "", optional,
             "\"every 1 s\": probes.csv has a row at the start and at all multiples of this time, and no others, so "
             "that rows of two runs can be subtracted. Steps land on these times."},
+           {"checkpoint", Kind::quantity, "s", "10 min",
+            "How often, by the clock, a run is stored so that `calor run CASE --restart` can go on from there; "
+            "0 s: only when it is interrupted or its --time-limit is over."},
+           {"checkpoint_steps", Kind::integer, "", optional, "The run is stored every so many steps as well."},
            {"temperature", Kind::text, "", "K",
             "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
             "command line --units degC. Files of numbers keep to K."},

@@ -24,14 +24,15 @@ void HeatByPoint::sample(const Vec3& x, std::span<const double, 4> T, std::span<
   for (std::size_t n = 0; n < 4; ++n) rho_c[n] *= c[n];
 }
 
-HeatByPoint::Piece HeatByPoint::piece(const Vec3& x, double knot, double before) const {
+HeatByPoint::Piece HeatByPoint::piece(const Vec3& x, double knot) const {
   const std::array<double, 4> T{knot * step_, (knot + 0.25) * step_, (knot + 0.75) * step_, (knot + 1) * step_};
   std::array<double, 4> f;
   sample(x, T, f);
   // The cubic through the samples; its error has its maximum in the middle.
   const double d1 = f[1] - f[0], d2 = f[2] - f[0], d3 = f[3] - f[0];
   return {.knot = knot,
-          .before = before,
+          .before = 0,
+          .rest = 0,
           .c0 = f[0],
           .c1 = 8 * d1 - 8. / 3 * d2 + d3,
           .c2 = (-56 * d1 + 40 * d2 - 16 * d3) / 3,
@@ -49,17 +50,23 @@ bool HeatByPoint::is_fine_enough(const TemperatureRange& range) const {
       std::array<double, 4> f;
       sample(x_[i], std::array{T, T, T, T}, f);
       largest = std::max(largest, std::abs(f[0]));
-      error = std::max(error, std::abs(piece(x_[i], knot, 0).value(0.5) - f[0]));
+      error = std::max(error, std::abs(piece(x_[i], knot).value(0.5) - f[0]));
     }
   }
   return error <= accuracy * largest;
 }
 
 void HeatByPoint::move(const Vec3& x, Piece& p, double knot) const {
-  while (p.knot < knot) p = piece(x, p.knot + 1, p.before + step_ * p.integral(1));
-  while (p.knot > knot) {
-    p = piece(x, p.knot - 1, p.before);
-    p.before -= step_ * p.integral(1);
+  while (p.knot != knot) {
+    const bool up = p.knot < knot;
+    Piece next = piece(x, up ? p.knot + 1 : p.knot - 1);
+    const double area = up ? step_ * p.integral(1) : -step_ * next.integral(1);
+    // p.before + p.rest + area, in twice the digits.
+    const double sum = p.before + area, of_area = sum - p.before;
+    const double lost = (p.before - (sum - of_area)) + (area - of_area) + p.rest;
+    next.before = sum + lost;
+    next.rest = lost - (next.before - sum);
+    p = next;
   }
 }
 
@@ -68,7 +75,7 @@ void HeatByPoint::evaluate(std::size_t first, std::span<const double> T, std::sp
   if (pieces_.empty()) {
     const double knot = std::floor(reference_ / step_);
     for (const Vec3& x : x_) {
-      Piece p = piece(x, knot, 0);
+      Piece p = piece(x, knot);
       p.before = -step_ * p.integral(reference_ / step_ - knot);
       pieces_.push_back(p);
     }

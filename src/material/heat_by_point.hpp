@@ -22,15 +22,16 @@ class HeatByPoint {
   void evaluate(std::size_t first, std::span<const double> T, std::span<double> H, std::span<double> rho_c) const;
 
  private:
-  /// rho c on one interval, s from 0 to 1 in it: c0 + c1 s + c2 s^2 + c3 s^3; `before`: the integral up to it.
+  /// rho c on one interval, s from 0 to 1 in it: c0 + c1 s + c2 s^2 + c3 s^3; `before`: the integral up to it, and
+  /// the `rest` that its last digit leaves out; so it does not depend on the way that temperatures took.
   struct Piece {
-    double knot, before, c0, c1, c2, c3;
+    double knot, before, rest, c0, c1, c2, c3;
     double value(double s) const { return c0 + s * (c1 + s * (c2 + s * c3)); }
     double integral(double s) const { return s * (c0 + s * (c1 / 2 + s * (c2 / 3 + s * (c3 / 4)))); }
   };
   /// rho c of one point at four temperatures.
   void sample(const Vec3& x, std::span<const double, 4> T, std::span<double, 4> rho_c) const;
-  Piece piece(const Vec3& x, double knot, double before) const;
+  Piece piece(const Vec3& x, double knot) const;
   /// Goes from the piece to the interval with that knot, through those in between.
   void move(const Vec3& x, Piece& p, double knot) const;
   bool is_fine_enough(const TemperatureRange& range) const;

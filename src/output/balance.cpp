@@ -120,23 +120,24 @@ namespace {
 /// balance.csv: a row a time; the last one is also in the report.
 class BalanceLog : public Observer {
  public:
-  explicit BalanceLog(const RunSetup& run) : run_(run), balance_(run.system) {
+  explicit BalanceLog(const RunSetup& run) : balance_(run.system) {
+    std::string header = "time [s]";
     int account = 0;
     for (const std::string& name : balance_.accounts()) {
       const bool is_boundary = account++ < run.system.boundary_accounts();
-      header_ += fmt::format(",heat flow {} {} [W]", is_boundary ? "through" : "from", name);
+      header += fmt::format(",heat flow {} {} [W]", is_boundary ? "through" : "from", name);
       names_.push_back("heat_flow." + name);
     }
     for (const Balance::Zone& zone : balance_.zones())
       for (const char* what : {"mean", "minimum", "maximum"}) {
-        header_ += fmt::format(",{} of {} [K]", what, zone.name);
+        header += fmt::format(",{} of {} [K]", what, zone.name);
         names_.push_back(fmt::format("{}.{}", what, zone.name));
       }
+    if (!run.folder.empty()) log_ = CsvLog(run.comm(), run.folder + "/balance.csv", header);
   }
 
-  void begin() override {
-    if (!run_.folder.empty()) log_ = CsvLog(run_.comm(), run_.folder + "/balance.csv", header_);
-  }
+  void begin() override { log_.open(); }
+  void exchange(Archive& archive) override { log_.exchange(archive); }
   void record(const Moment& m) override {
     std::vector<double> row = values(m);
     row.insert(row.begin(), m.state().t);
@@ -158,9 +159,7 @@ class BalanceLog : public Observer {
     return row;
   }
 
-  const RunSetup& run_;
   Balance balance_;
-  std::string header_ = "time [s]";
   std::vector<std::string> names_;  ///< in the report
   CsvLog log_;
 };

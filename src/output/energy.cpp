@@ -7,15 +7,14 @@
 #include <cmath>
 #include <utility>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 
 namespace calor {
 
-EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, std::string folder)
-    : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)), folder_(std::move(folder)) {}
-
-void EnergyLog::begin() {
-  if (folder_.empty()) return;
+EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder)
+    : system_(system), comm_(system.cloud().comm), start_E_(std::move(start_E)) {
+  if (folder.empty()) return;
   std::string header = "time [s],stored [J]", powers;
   int account = 0;
   for (const std::string& name : system_.accounts()) {
@@ -23,7 +22,13 @@ void EnergyLog::begin() {
     header += fmt::format(",{} {} [J]", is_boundary ? "through" : "from", name);
     if (!is_boundary) powers += fmt::format(",asked of {0} [W],deposited by {0} [W]", name);
   }
-  log_ = CsvLog(comm_, folder_ + "/energy.csv", header + powers + ",imbalance");
+  log_ = CsvLog(comm_, folder + "/energy.csv", header + powers + ",imbalance");
+}
+
+void EnergyLog::exchange(Archive& archive) {
+  archive.value("worst imbalance", worst_);
+  archive.value("worst error of sources", worst_source_error_);
+  log_.exchange(archive);
 }
 
 EnergyBalance EnergyLog::add(const State& state) {

@@ -19,9 +19,10 @@ class EnergyLog : public Observer {
  public:
   /// `start_E` (owned points, J) before walls were imposed, so that the jump at t = 0 counts. Empty folder: writes
   /// nothing.
-  EnergyLog(HeatSystem& system, std::vector<double> start_E, std::string folder = "");
+  EnergyLog(HeatSystem& system, std::vector<double> start_E, const std::string& folder = "");
 
-  void begin() override;
+  void begin() override { log_.open(); }
+  void exchange(Archive& archive) override;
   void record(const Moment& m) override { add(m.state()); }
   void finish(const Moment& m, RunResult& result) override;
 
@@ -32,7 +33,6 @@ class EnergyLog : public Observer {
   HeatSystem& system_;
   MPI_Comm comm_;
   std::vector<double> start_E_;
-  std::string folder_;
   CsvLog log_;
   EnergyBalance last_;
   double worst_ = 0;

@@ -4,11 +4,13 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <filesystem>
 #include <limits>
 #include <optional>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "output/balance.hpp"
 #include "output/comparison.hpp"
@@ -328,11 +330,24 @@ void Expectations::observe(const State& state, bool last, std::span<const double
 }
 
 void Expectations::at_stop(const Moment& m) {
-  if (!m.interrupted_by) observe(m.state(), m.is_last, m.temperatures());
+  if (!m.is_cut_short) observe(m.state(), m.is_last, m.temperatures());
+}
+
+void Expectations::exchange(Archive& archive) {
+  for (Comparison& e : impl_->comparisons)
+    for (std::optional<Result>& result : e.results) {
+      bool is_there = result.has_value();
+      archive.value("is compared", is_there);
+      if (!is_there) continue;
+      if (!result) result.emplace();
+      std::array<double, 3> numbers{result->error, result->value, result->reference};
+      archive.values("comparison", numbers);
+      result = Result{numbers[0], numbers[1], numbers[2]};
+    }
 }
 
 void Expectations::finish(const Moment& m, RunResult& result) {
-  if (m.interrupted_by) return;
+  if (m.is_cut_short) return;
   result.verdicts = verdicts(result.numbers);
   if (impl_->folder.empty()) return;
   for (const Comparison& e : impl_->comparisons)

@@ -27,6 +27,7 @@ class Expectations : public Observer {
 
   std::vector<double> times() const override;
   void at_stop(const Moment& m) override;
+  void exchange(Archive& archive) override;
   void finish(const Moment& m, RunResult& result) override;
 
   /// Compares what is due at state.t (all that is left where `last`); writes compared points to

@@ -1,8 +1,10 @@
 // The lowest and the highest temperature of a run, with time and place.
 #include <algorithm>
+#include <array>
 #include <functional>
 #include <limits>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "output/observer.hpp"
 
@@ -34,15 +36,28 @@ class Extremes : public Observer {
         best = std::min(best, {.T = sign * T[i], .t = m.state().t, .id = cloud_.id[i], .x = cloud_.x[i]});
       }
   }
+  void exchange(Archive& archive) override {
+    for (Candidate* best : {&lowest_, &highest_}) {
+      *best = of_all(*best);
+      std::array<double, 6> numbers{best->T, best->t, static_cast<double>(best->id), best->x.x, best->x.y, best->x.z};
+      archive.values(best == &lowest_ ? "lowest temperature" : "highest temperature, turned", numbers);
+      *best = {.T = numbers[0],
+               .t = numbers[1],
+               .id = static_cast<std::int64_t>(numbers[2]),
+               .x = {numbers[3], numbers[4], numbers[5]}};
+    }
+  }
   void finish(const Moment&, RunResult& result) override {
-    result.lowest = of_all(lowest_, 1);
-    result.highest = of_all(highest_, -1);
+    result.lowest = extreme(lowest_, 1);
+    result.highest = extreme(highest_, -1);
   }
 
  private:
-  Extreme of_all(const Candidate& mine, int sign) const {
-    const std::vector<Candidate> all = gather(cloud_.comm, std::vector{mine});
-    const Candidate& best = *std::ranges::min_element(all, std::less{});
+  Candidate of_all(const Candidate& mine) const {
+    return std::ranges::min(gather(cloud_.comm, std::vector{mine}), std::less{});
+  }
+  Extreme extreme(const Candidate& mine, int sign) const {
+    const Candidate best = of_all(mine);
     Extreme e{.T = sign * best.T, .t = best.t};
     for (int axis = 0; axis < cloud_.dimension; ++axis) e.x.push_back(best.x[axis]);
     return e;

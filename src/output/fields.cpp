@@ -20,7 +20,15 @@ class Fields : public Observer {
  public:
   explicit Fields(const RunSetup& run) : run_(run) {
     const Table output = run.description.section("output");
-    is_written_ = !run.folder.empty() && output.flag("fields");
+    if (!run.folder.empty() && output.flag("fields")) {
+      Label part;
+      collective_try(run.comm(), [&] {
+        part = part_of_points(run.system);
+        condition_ = condition_of_facets(run.system);
+      });
+      writer_ =
+          std::make_unique<FieldWriter>(run.system.cloud(), run.folder, std::vector{part}, std::vector{condition_});
+    }
     if (run.is_steady()) return;
     end_ = run.description.section("time").number("end");
     if (output.has("times")) times_ = output.numbers("times");
@@ -30,20 +38,17 @@ class Fields : public Observer {
 
   std::vector<double> times() const override { return times_; }
   void begin() override {
-    if (!is_written_) return;
-    Label part;
-    collective_try(run_.comm(), [&] {
-      part = part_of_points(run_.system);
-      condition_ = condition_of_facets(run_.system);
-    });
-    writer_ =
-        std::make_unique<FieldWriter>(run_.system.cloud(), run_.folder, std::vector{part}, std::vector{condition_});
+    if (writer_) writer_->open();
+  }
+  void exchange(Archive& archive) override {
+    if (writer_) writer_->exchange(archive);
   }
   void at_stop(const Moment& m) override {
     // What differs by round-off alone is one time.
     const double t = m.state().t;
     const auto is_now = [&](double output_time) { return std::abs(t - output_time) <= 1e-12 * end_; };
-    if (writer_ && (t == 0 || m.is_last || m.interrupted_by || std::ranges::any_of(times_, is_now)))
+    if (!writer_ || writer_->has(t)) return;
+    if (t == 0 || m.is_last || m.is_cut_short || std::ranges::any_of(times_, is_now))
       run_.phases.measure("output", [&] { write(m); });
   }
 
@@ -51,7 +56,6 @@ class Fields : public Observer {
   void write(const Moment& m);
 
   const RunSetup& run_;
-  bool is_written_;
   double end_ = 0;
   std::vector<double> times_;
   Label condition_;  ///< of the facets
@@ -117,7 +121,7 @@ class FinalState : public Observer {
     const int ranks = size_of(cloud.comm);
     std::vector<int> counts(ranks, 0);
     for (const Row& row : rows) ++counts[static_cast<std::size_t>(row.id * ranks / cloud.count)];
-    rows = exchange(cloud.comm, rows, counts);
+    rows = calor::exchange(cloud.comm, rows, counts);
     std::ranges::sort(rows, {}, &Row::id);
     return rows;
   }

@@ -1,17 +1,25 @@
 #include "output/files.hpp"
 
+#include <fcntl.h>
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/ringbuffer_sink.h>
 #include <spdlog/spdlog.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <filesystem>
 #include <utility>
 #include <vector>
 
+#include "base/archive.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 
@@ -64,14 +72,24 @@ void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& h
   });
 }
 
-CsvLog::CsvLog(MPI_Comm comm, const std::string& path, const std::string& header) : comm_(comm), path_(path) {
-  make_folder(comm, std::filesystem::path(path).parent_path());
-  collective_try(comm, [&] {
-    if (rank_of(comm) != 0) return;
-    file_ = {std::fopen(path.c_str(), "w"), [](std::FILE* f) { f ? std::fclose(f) : 0; }};
-    if (!file_) refuse_writing(path, errno);
-    fmt::print(file_.get(), "{}\n", header);
-    if (std::fflush(file_.get()) != 0) refuse_writing(path, errno);
+void CsvLog::open() {
+  if (path_.empty()) return;
+  make_folder(comm_, std::filesystem::path(path_).parent_path());
+  collective_try(comm_, [&] {
+    if (rank_of(comm_) != 0) return;
+    const bool is_new = length_ == 0;
+    if (!is_new) {
+      std::error_code error;
+      const auto there = std::filesystem::file_size(path_, error);
+      if (error) refuse_writing(path_, error.value());
+      if (there < static_cast<std::uintmax_t>(length_))
+        throw Error(Fault::file, SourceLocation{.file = path_}, "rows are missing that the checkpoint goes on from",
+                    "put the file back as it was, or run without --restart");
+      if (truncate(path_.c_str(), length_) != 0) refuse_writing(path_, errno);
+    }
+    file_ = {std::fopen(path_.c_str(), is_new ? "w" : "a"), [](std::FILE* f) { f ? std::fclose(f) : 0; }};
+    if (!file_) refuse_writing(path_, errno);
+    if (is_new) write(header_ + "\n");
   });
 }
 
@@ -79,10 +97,85 @@ void CsvLog::row(std::span<const double> values) {
   if (path_.empty()) return;
   collective_try(comm_, [&] {
     if (!file_) return;
-    const char* comma = "";
-    for (double value : values) fmt::print(file_.get(), "{}{}", std::exchange(comma, ","), value);
-    std::fputc('\n', file_.get());
-    if (std::fflush(file_.get()) != 0) refuse_writing(path_, errno);
+    std::string line;
+    for (double value : values) line += fmt::format("{}{}", line.empty() ? "" : ",", value);
+    write(line + "\n");
+  });
+}
+
+void CsvLog::write(const std::string& line) {
+  if (std::fwrite(line.data(), 1, line.size(), file_.get()) != line.size() || std::fflush(file_.get()) != 0)
+    refuse_writing(path_, errno);
+  length_ += static_cast<std::int64_t>(line.size());
+}
+
+void CsvLog::exchange(Archive& archive) {
+  if (path_.empty()) return;
+  collective_try(comm_, [&] {
+    if (file_ && fsync(fileno(file_.get())) != 0) refuse_writing(path_, errno);
+  });
+  length_ = static_cast<std::int64_t>(max(comm_, static_cast<double>(length_)));
+  archive.value("bytes of " + std::filesystem::path(path_).filename().string(), length_);
+}
+
+namespace {
+
+/// Does the name still lead to the open file?
+bool is_in_place(int descriptor, const std::string& path) {
+  struct stat opened {
+  }, named{};
+  return fstat(descriptor, &opened) == 0 && stat(path.c_str(), &named) == 0 && opened.st_ino == named.st_ino &&
+         opened.st_dev == named.st_dev;
+}
+
+std::string holder_text() {
+  std::array<char, 256> host{};
+  gethostname(host.data(), host.size() - 1);
+  const auto now = std::chrono::floor<std::chrono::seconds>(std::chrono::system_clock::now());
+  return fmt::format("process {} on {} since {:%Y-%m-%d %H:%M:%S}", getpid(), host.data(), fmt::localtime(now));
+}
+
+}  // namespace
+
+void FolderLock::take() {
+  if (path_.empty()) return;
+  const std::string folder = std::filesystem::path(path_).parent_path();
+  make_folder(comm_, folder);
+  collective_try(comm_, [&] {
+    if (rank_of(comm_) != 0 || descriptor_ >= 0) return;
+    while (true) {
+      descriptor_ = open(path_.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+      if (descriptor_ < 0) refuse_writing(path_, errno);
+      if (flock(descriptor_, LOCK_EX | LOCK_NB) != 0) {
+        if (errno != EWOULDBLOCK) break;  // a disk without locks
+        std::array<char, 512> holder{};
+        const auto length = std::max<ssize_t>(0, read(descriptor_, holder.data(), holder.size()));
+        close(std::exchange(descriptor_, -1));
+        throw Error(Fault::file, SourceLocation{.file = folder},
+                    "another run writes into this folder: " + std::string(holder.data(), length),
+                    "wait until it has ended, or choose another folder: -o FOLDER");
+      }
+      if (is_in_place(descriptor_, path_)) break;
+      close(descriptor_);  // the one who held it has just removed it
+    }
+    const std::string text = holder_text();
+    if (ftruncate(descriptor_, 0) != 0 || pwrite(descriptor_, text.data(), text.size(), 0) < 0)
+      refuse_writing(path_, errno);
+  });
+}
+
+FolderLock::~FolderLock() {
+  if (descriptor_ < 0) return;
+  if (is_in_place(descriptor_, path_)) unlink(path_.c_str());
+  close(descriptor_);
+}
+
+void FolderLock::require_folder() const {
+  collective_try(comm_, [&] {
+    if (descriptor_ < 0 || is_in_place(descriptor_, path_)) return;
+    throw Error(Fault::file, SourceLocation{.file = std::filesystem::path(path_).parent_path()},
+                "the folder has been removed or replaced while the run went on: its results are lost",
+                "leave the folder of a run alone until it has ended");
   });
 }
 
@@ -110,13 +203,13 @@ RunLog::~RunLog() {
   std::erase(all_sinks(), sinks_->file);
 }
 
-void RunLog::open(const std::string& folder) {
+void RunLog::open(const std::string& folder, bool goes_on) {
   make_folder(comm_, folder);
   collective_try(comm_, [&] {
     if (!sinks_->early || folder.empty()) return;
     const std::string path = folder + "/run.log";
     try {
-      sinks_->file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(path, true);
+      sinks_->file = std::make_shared<spdlog::sinks::basic_file_sink_mt>(path, !goes_on);
     } catch (const spdlog::spdlog_ex&) {
       refuse_writing(path, errno);
     }

@@ -2,13 +2,17 @@
 // The files that a run writes.
 #include <mpi.h>
 
+#include <cstdint>
 #include <cstdio>
 #include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 
 namespace calor {
+
+class Archive;
 
 /// Throws the Error(file) for a path that cannot be written, with the reason the system gives in `error` (errno).
 [[noreturn]] void refuse_writing(const std::string& path, int error);
@@ -24,21 +28,51 @@ void replace_file(const std::string& path, const std::string& text);
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,
                     const std::function<void(std::FILE*)>& rows);
 
-/// A CSV file with a row a time. It stays readable when the run is interrupted.
+/// A CSV file with a row a time, written by rank 0. It stays readable when the run is interrupted. All functions are
+/// collective and throw Error(file) on all ranks.
 class CsvLog {
  public:
   CsvLog() = default;  ///< writes nothing
-  /// Creates `path` (and its folder) with a header line; only rank 0 writes. Throws Error(file) on all ranks.
-  /// Collective.
-  CsvLog(MPI_Comm comm, const std::string& path, const std::string& header);
+  CsvLog(MPI_Comm comm, std::string path, std::string header)
+      : comm_(comm), path_(std::move(path)), header_(std::move(header)) {}
 
-  /// Adds a row with all digits; it is in the file when this returns. Throws Error(file) on all ranks. Collective.
+  /// Creates the file (and its folder) with a header line; or goes on after the rows that `exchange` has read of, and
+  /// cuts off those that came later.
+  void open();
+  /// Adds a row with all digits; it is in the file when this returns.
   void row(std::span<const double> values);
+  /// Stores how much of the file there is, which is on the disk when this returns.
+  void exchange(Archive& archive);
 
  private:
+  /// Throws Error(file).
+  void write(const std::string& line);
+
   MPI_Comm comm_ = MPI_COMM_SELF;
-  std::string path_;  // empty: nothing is written
+  std::string path_, header_;  // empty: nothing is written
   std::shared_ptr<std::FILE> file_;
+  std::int64_t length_ = 0;  // bytes; of the rank that writes
+};
+
+/// Keeps other runs out of a result folder while it lives. The system lets go of it however the process ends.
+class FolderLock {
+ public:
+  /// An empty folder needs no lock.
+  FolderLock(MPI_Comm comm, const std::string& folder)
+      : comm_(comm), path_(folder.empty() ? "" : folder + "/run.lock") {}
+  ~FolderLock();
+  FolderLock(const FolderLock&) = delete;
+  FolderLock& operator=(const FolderLock&) = delete;
+
+  /// Makes the folder. Throws Error(file) where another run holds it. Collective.
+  void take();
+  /// Throws Error(file) where the folder has been removed or replaced. Collective.
+  void require_folder() const;
+
+ private:
+  MPI_Comm comm_;
+  std::string path_;
+  int descriptor_ = -1;  // of rank 0
 };
 
 /// run.log: while it lives, everything that rank 0 logs (spdlog) also goes to FOLDER/run.log: debug messages only
@@ -51,8 +85,9 @@ class RunLog {
   RunLog(const RunLog&) = delete;
   RunLog& operator=(const RunLog&) = delete;
 
-  /// Starts the file; an empty folder writes nothing. Throws Error(file). Collective.
-  void open(const std::string& folder);
+  /// Starts the file, or adds to it where a run `goes_on`; an empty folder writes nothing. Throws Error(file).
+  /// Collective.
+  void open(const std::string& folder, bool goes_on);
 
  private:
   MPI_Comm comm_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "material/library.hpp"
 #include "output/observer.hpp"
@@ -33,6 +34,13 @@ class LibraryRange : public Observer {
   }
   bool has_any() const { return !watched_.empty(); }
 
+  void exchange(Archive& archive) override {
+    for (Watched& w : watched_) {
+      w.low = min(comm_, w.low), w.high = max(comm_, w.high);
+      archive.value("lowest temperature of " + w.material->name, w.low);
+      archive.value("highest temperature of " + w.material->name, w.high);
+    }
+  }
   void record(const Moment& m) override {
     const std::span<const double> T = m.temperatures();
     for (Watched& w : watched_) {

@@ -11,6 +11,7 @@
 
 namespace calor {
 
+class Archive;
 class Probes;
 class WeldResults;
 
@@ -27,9 +28,9 @@ class Moment {
     return T_;
   }
 
-  long steps;              ///< so far
-  bool is_last = false;    ///< the run has come to its end
-  int interrupted_by = 0;  ///< signal number
+  long steps;                 ///< so far
+  bool is_last = false;       ///< the run has come to its end
+  bool is_cut_short = false;  ///< by a signal or a limit of time
 
  private:
   HeatSystem& system_;
@@ -52,6 +53,9 @@ class Observer {
   virtual void record(const Moment&) {}
   /// At the start, where the run lands on a time, and where it ends.
   virtual void at_stop(const Moment&) {}
+  /// What it has gathered so far, for a run that goes on later; reading comes before `begin`, which then opens the
+  /// files where they were left.
+  virtual void exchange(Archive&) {}
   /// At the end: adds to the result.
   virtual void finish(const Moment&, RunResult&) {}
 };
@@ -63,7 +67,7 @@ struct RunSetup {
   const Probes& probes;
   std::shared_ptr<WeldResults> weld;   ///< null where the case has no [weld]
   const std::vector<double>& start_E;  ///< enthalpies of the owned points before walls were imposed, J
-  const State& start;                  ///< walls imposed
+  const State& start;                  ///< walls imposed; the state of the run itself, as it goes on
   std::string folder = "";             ///< of the results; empty: nothing is written
   bool is_quiet = true;                ///< no progress line
   Phases& phases;

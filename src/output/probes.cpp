@@ -354,6 +354,11 @@ double read_probe_period(const Table& output) {
 class ProbeLog : public Observer {
  public:
   explicit ProbeLog(const RunSetup& run) : run_(run) {
+    if (!run.folder.empty() && !run.probes.names().empty()) {
+      std::string header = "time [s]";
+      for (const std::string& name : run.probes.names()) header += "," + name + " [K]";
+      log_.emplace(run.comm(), run.folder + "/probes.csv", header);
+    }
     if (run.is_steady()) return;
     const Table output = run.description.section("output");
     period_ = read_probe_period(output);
@@ -368,11 +373,12 @@ class ProbeLog : public Observer {
     for (long n = 1; period_ > 0 && n * period_ < end_; ++n) all.push_back(n * period_);
     return all;
   }
+
   void begin() override {
-    if (run_.folder.empty() || run_.probes.names().empty()) return;
-    std::string header = "time [s]";
-    for (const std::string& name : run_.probes.names()) header += "," + name + " [K]";
-    log_.emplace(run_.comm(), run_.folder + "/probes.csv", header);
+    if (log_) log_->open();
+  }
+  void exchange(Archive& archive) override {
+    if (log_) log_->exchange(archive);
   }
   void record(const Moment& m) override {
     const double t = m.state().t;

@@ -53,7 +53,7 @@ std::string object(const std::vector<std::pair<std::string, std::string>>& membe
 
 }  // namespace
 
-bool RunResult::passed() const { return interrupted_by == 0 && std::ranges::all_of(verdicts, &Verdict::passed); }
+bool RunResult::passed() const { return !is_cut_short() && std::ranges::all_of(verdicts, &Verdict::passed); }
 
 void set_report_aside(MPI_Comm comm, const std::string& folder) {
   if (folder.empty()) return;

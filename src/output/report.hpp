@@ -80,7 +80,9 @@ struct RunResult {
   std::map<std::string, std::string> texts;  ///< method, integrator and why it was taken
   Extreme lowest, highest;                   ///< of the points, at the moments that were recorded
   double wall = 0;                           ///< s
-  int interrupted_by = 0;                    ///< signal number, 0 = ran to the end
+  int interrupted_by = 0;                    ///< signal number
+  bool is_out_of_time = false;               ///< ended by its limit of time
+  bool is_cut_short() const { return interrupted_by != 0 || is_out_of_time; }
   bool passed() const;
 };
 

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "output/observer.hpp"
 
@@ -11,8 +12,12 @@ namespace {
 class SteadyStop : public Observer {
  public:
   SteadyStop(MPI_Comm comm, double limit, const State& start)
-      : comm_(comm), limit_(limit), t_before_(start.t), T_before_(start.T) {}
+      : comm_(comm), limit_(limit), owned_(start.E.size()), t_before_(start.t), T_before_(start.T) {}
 
+  void exchange(Archive& archive) override {
+    archive.value("time of the last step", t_before_);
+    archive.points("temperatures of the last step", std::span(T_before_).first(owned_));
+  }
   bool after_step(const Moment& m) override {
     const State& s = m.state();
     double change = 0;
@@ -25,6 +30,7 @@ class SteadyStop : public Observer {
  private:
   MPI_Comm comm_;
   double limit_;  ///< K/s
+  std::size_t owned_;
   double t_before_;
   std::vector<double> T_before_;
 };

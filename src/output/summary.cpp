@@ -139,9 +139,10 @@ std::vector<std::string> summary(const RunResult& result, const TemperatureUnit&
   const double ranks = number(result, "ranks");
   add_folded(lines, "time",
              fmt::format("{:.3g} s{}", result.wall, ranks > 1 ? fmt::format(" on {:.0f} processes", ranks) : ""));
-  if (result.interrupted_by)
+  if (result.is_cut_short())
     add_folded(lines, "interrupted",
-               fmt::format("at {:.6g} s, by signal {}", number(result, "end"), result.interrupted_by));
+               fmt::format("at {:.6g} s, by {}", number(result, "end"),
+                           result.is_out_of_time ? "its time limit" : fmt::format("signal {}", result.interrupted_by)));
   return lines;
 }
 

@@ -12,6 +12,7 @@
 #include <functional>
 #include <numeric>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "cloud/cell_integrals.hpp"
 #include "output/files.hpp"
@@ -276,8 +277,21 @@ FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Lab
     const auto of_facet = [&](const auto& all) { return std::span(all).subspan(begin, count); };
     outlines_.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
   }
-  make_folder(cloud.comm, folder_ + "/fields");
+}
+
+void FieldWriter::open() {
+  make_folder(cloud_.comm, folder_ + "/fields");
   write_collections();
+}
+
+void FieldWriter::exchange(Archive& archive) {
+  std::size_t count = written_.size();
+  archive.value("times of fields", count);
+  written_.resize(count);
+  for (auto& [t, is_divided] : written_) {
+    archive.value("fields at time", t);
+    archive.value("in pieces of ranks", is_divided);
+  }
 }
 
 void FieldWriter::write(double t, const std::vector<Field>& points, const std::vector<Field>& facets) {
@@ -309,19 +323,18 @@ void FieldWriter::write(double t, const std::vector<Field>& points, const std::v
   add_cells([&](int n) -> const Vec3& { return outlines_[n / corners][n % corners]; }, surface);
   write_grid(cloud_.comm, folder_ + "/fields", "surface_" + number, surface);
 
-  written_.emplace_back(t, number);
+  written_.push_back({t, size_of(cloud_.comm) > 1});
   write_collections();
 }
 
 void FieldWriter::write_collections() const {
-  const bool is_divided = size_of(cloud_.comm) > 1;
   collective_try(cloud_.comm, [&] {
     if (rank_of(cloud_.comm) != 0) return;
     for (const auto& [name, suffix] : {std::pair{"fields", "vtu"}, std::pair{"surface", "vtp"}}) {
       std::string text = "<Collection>\n";
-      for (const auto& [t, number] : written_)
-        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"fields/{}_{}.{}{}\"/>\n", t, name, number,
-                            is_divided ? "p" : "", suffix);
+      for (std::size_t n = 0; n < written_.size(); ++n)
+        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"fields/{}_{:04}.{}{}\"/>\n", written_[n].t,
+                            name, n, written_[n].is_divided ? "p" : "", suffix);
       replace_file(fmt::format("{}/{}.pvd", folder_, name),
                    head_of_file("Collection") + text + "</Collection>\n</VTKFile>\n");
     }

@@ -14,6 +14,8 @@
 
 namespace calor {
 
+class Archive;
+
 struct Field {
   std::string name;                ///< with unit, if it has one: "temperature [K]"
   int components = 1;              ///< 1 or 3
@@ -31,9 +33,14 @@ class FieldWriter {
  public:
   /// Writes below `folder`/fields, and `folder`/fields.pvd and surface.pvd. Of a point id, tag, volume and spacing are
   /// written along, of a facet its face, area, outward normal and the id of its point; `of_points` and `of_facets` are
-  /// more of the kind. The cloud must outlive this. Throws Error(file). Collective.
+  /// more of the kind. The cloud must outlive this. Collective.
   FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points = {},
               std::vector<Label> of_facets = {});
+  /// Makes the folder and the PVD files, with the times that `exchange` has read. Throws Error(file). Collective.
+  void open();
+  /// Stores the list of the times.
+  void exchange(Archive& archive);
+  bool has(double t) const { return !written_.empty() && written_.back().t == t; }
   /// Adds a time, with fields of the owned points and of Cloud::facets; the first of each is what viewers show. The PVD
   /// files are complete after every call. Collective.
   void write(double t, const std::vector<Field>& points, const std::vector<Field>& facets);
@@ -44,8 +51,12 @@ class FieldWriter {
   const Cloud& cloud_;
   std::string folder_;
   std::vector<Label> of_points_, of_facets_;
-  std::vector<std::array<Vec3, 4>> outlines_;            ///< of the facets
-  std::vector<std::pair<double, std::string>> written_;  ///< times, and "0000", ...
+  std::vector<std::array<Vec3, 4>> outlines_;  ///< of the facets
+  struct Written {
+    double t;         ///< s
+    bool is_divided;  ///< into pieces of several ranks
+  };
+  std::vector<Written> written_;
 };
 
 }  // namespace calor

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
@@ -133,6 +134,18 @@ void ThermalHistory::observe(double t, std::span<const double> T) {
   known_ = std::min(known_ + 1, 2);
 }
 
+void ThermalHistory::exchange(Archive& archive, const std::string& of, const Values& values) {
+  archive.value("known times of " + of, known_);
+  archive.value("last time of " + of, t1_);
+  archive.value("time before it of " + of, t0_);
+  values("last temperatures of " + of, T1_);
+  values("temperatures before them of " + of, T0_);
+  values("peaks of " + of, peak_);
+  if (!levels_) return;
+  values("times below the upper level of " + of, below_high_);
+  values("cooling times of " + of, cooling_);
+}
+
 Extent::Extent(const std::string& name, const Cloud& cloud, const Vec3& from, const Vec3& to, double isotherm,
                const SourceLocation& in_case, const Dofs* dofs)
     : name_(name),
@@ -202,6 +215,14 @@ void WeldResults::observe(const State& state, std::span<const double> T) {
     largest_[e] = std::max(largest_[e], extents_[e].of_temperatures(state.T).length());
 }
 
+void WeldResults::exchange(Archive& archive) {
+  archive.values("largest extents", largest_);
+  const auto of_points = [&](const std::string& name, std::span<double> values) { archive.points(name, values); };
+  const auto of_probes = [&](const std::string& name, std::span<double> values) { archive.values(name, values); };
+  points_.exchange(archive, "points", of_points);
+  at_probes_.exchange(archive, "probes", of_probes);
+}
+
 double WeldResults::average(const State& state, std::span<const double> T) const {
   const Cloud& cloud = system_.cloud();
   // The heat of subdomains that overlap is not that of the body.
@@ -225,14 +246,18 @@ namespace {
 /// weld.csv and, in the end, cooling.csv and numbers for the report.
 class WeldLog : public Observer {
  public:
-  explicit WeldLog(const RunSetup& run) : run_(run), weld_(*run.weld) {}
-
-  void begin() override {
-    if (run_.folder.empty()) return;
+  explicit WeldLog(const RunSetup& run) : run_(run), weld_(*run.weld) {
+    if (run.folder.empty()) return;
     std::string header = weld_.theory(0) ? "time [s],average [K],theory [K]" : "time [s],average [K]";
     for (const Extent& extent : weld_.extents())
       header += fmt::format(",{0} [m],{0} from [m],{0} to [m]", extent.name());
-    log_ = CsvLog(run_.comm(), run_.folder + "/weld.csv", header);
+    log_ = CsvLog(run.comm(), run.folder + "/weld.csv", header);
+  }
+
+  void begin() override { log_.open(); }
+  void exchange(Archive& archive) override {
+    weld_.exchange(archive);
+    log_.exchange(archive);
   }
   bool after_step(const Moment& m) override {
     weld_.observe(m.state(), m.temperatures());

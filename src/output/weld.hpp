@@ -1,6 +1,7 @@
 #pragma once
 // What a weld is judged by: the extent of the melt along lines, peak temperatures, cooling times, the average
 // temperature against the theory.
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -14,6 +15,8 @@
 
 namespace calor {
 
+class Archive;
+
 /// What temperatures went through: their peaks, and the time they took to cool between two levels (t8/5).
 class ThermalHistory {
  public:
@@ -25,6 +28,10 @@ class ThermalHistory {
 
   /// Adds temperatures at a later time. Between the times a parabola through three of them gives peaks and crossings.
   void observe(double t, std::span<const double> T);
+
+  /// `values` exchanges what there is one of for each temperature.
+  using Values = std::function<void(const std::string& name, std::span<double> values)>;
+  void exchange(Archive& archive, const std::string& of, const Values& values);
 
   std::span<const double> peak() const { return peak_; }
   /// From the last crossing of `high` to the first one of `low` after it, s; of several times the last one counts.
@@ -71,6 +78,8 @@ class WeldResults {
 
   // T: temperatures of the owned points, as HeatSystem::temperatures gives them from those of the state.
   void observe(const State& state, std::span<const double> T);  ///< After every step. Collective.
+
+  void exchange(Archive& archive);
 
   const std::vector<Extent>& extents() const { return extents_; }
   const std::vector<double>& largest_extents() const { return largest_; }  ///< so far, m

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "base/archive.hpp"
 #include "solve/stepper.hpp"
 
 namespace calor {
@@ -15,53 +16,49 @@ class Euler final : public Stepper {
   std::string name() const override { return "euler"; }
 
  private:
-  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
-             const AfterStep& after_step) override {
+  void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/) override {
+    find_bound(system, state, interval);
+  }
+
+  double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {
     F_.resize(state.E.size());
     power_.resize(state.cumulative_heat.size());
-    bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
-    return options_.step ? march_fixed(system, state, interval, after_step)
-                         : march_adaptive(system, state, interval, after_step);
+    return options_.step ? fixed_step(system, state, interval) : stable_step(system, state, interval);
   }
 
-  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
-    const EqualSteps steps(state.t, interval.end(), *options_.step);
-    for (long n = 1; n <= steps.count(); ++n) {
-      require_stable(system, state, interval, steps.step());
-      step(system, state, interval, steps.step(), steps.time(n));
-      if (!accept(system, state, steps.step(), after_step)) return false;
-      if (!system.jacobian_is_constant())
-        bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
-    }
-    return true;
+  double fixed_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    if (steps_in_interval() > 0 && !system.jacobian_is_constant()) find_bound(system, state, interval);
+    const auto [dt, t_new] = equal_step(interval);
+    require_stable(system, state, interval, dt);
+    go(system, state, interval, dt, t_new);
+    return dt;
   }
 
-  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
+  double stable_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
     const bool bound_is_constant = system.jacobian_is_constant();
+    const double longest = system.longest_step(interval.begin(), interval.end());
     State before;
-    while (state.t < interval.end()) {
+    while (true) {
       const double stable = bound_ > 0 ? options_.safety * 2 / bound_ : std::numeric_limits<double>::infinity();
-      const double longest = system.longest_step(interval.begin(), interval.end());
       // Equal steps over what is left: the last one is not a splinter.
       const EqualSteps steps(state.t, interval.end(), std::min(stable, longest));
       require_motion(state.t, steps.time(1));
       if (!bound_is_constant) before = state;
-      step(system, state, interval, steps.step(), steps.time(1));
-      if (!bound_is_constant) {
-        // Where the step led it may have been too long: then radiation, for one, takes temperatures past the ambient's.
-        const double bound = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
-        const bool is_stable = steps.step() * bound <= 2 * (1 + 1e-9);
-        constexpr double most_reduction = 4;  // what a wild step leads to says little
-        bound_ = is_stable ? bound : std::min(bound, most_reduction * std::max(bound_, 2 / steps.step()));
-        if (!is_stable) {
-          state = before;
-          ++counts.rejected;
-          continue;
-        }
-      }
-      if (!accept(system, state, steps.step(), after_step)) return false;
+      go(system, state, interval, steps.step(), steps.time(1));
+      if (bound_is_constant) return steps.step();
+      // Where the step led it may have been too long: then radiation, for one, takes temperatures past the ambient's.
+      const double used = bound_;
+      find_bound(system, state, interval);
+      if (steps.step() * bound_ <= 2 * (1 + 1e-9)) return steps.step();
+      constexpr double most_reduction = 4;  // what a wild step leads to says little
+      bound_ = std::min(bound_, most_reduction * std::max(used, 2 / steps.step()));
+      state = before;
+      ++counts.rejected;
     }
-    return true;
+  }
+
+  void find_bound(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    bound_ = system.explicit_rate_bound(interval.data_time(state.t), state.T, HeatSystem::monotone);
   }
 
   /// Refuses a fixed step above the limit of the state.
@@ -78,7 +75,7 @@ class Euler final : public Stepper {
     stable_bound_ = until_next_look * bound_;
   }
 
-  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
+  void go(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
     system.rate(interval.data_time(state.t), state.T, F_, power_);
     ++counts.rate_evaluations;
     for (std::size_t i = 0; i < F_.size(); ++i) state.E[i] += dt * F_[i];
@@ -86,6 +83,11 @@ class Euler final : public Stepper {
     state.t = t_new;
     system.temperature(state.E, state.T);
     system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
+  }
+
+  void exchange_own(Archive& archive, HeatSystem& /*system*/) override {
+    archive.value("rate bound", bound_);
+    archive.value("stable rate bound", stable_bound_);
   }
 
   double bound_ = 0;         ///< explicit_rate_bound of the state, 1/s

@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "solve/exchange_terms.hpp"
 #include "solve/wall_fluxes.hpp"
@@ -76,6 +77,14 @@ State HeatSystem::start(double t, std::span<const double> T_owned) {
   cloud_.halo.update(state.T);
   energy(state.T, state.E);
   return state;
+}
+
+void HeatSystem::exchange(Archive& archive, State& state) const {
+  archive.value("time", state.t);
+  archive.points("enthalpy", state.E);
+  archive.points("degrees of freedom", std::span(state.T).first(cloud_.owned));
+  archive.shares("cumulative heat", state.cumulative_heat);
+  if (archive.reads()) cloud_.halo.update(state.T);
 }
 
 std::vector<double> HeatSystem::temperatures(std::span<double> u) const {

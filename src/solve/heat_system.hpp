@@ -18,6 +18,7 @@
 
 namespace calor {
 
+class Archive;
 class WallFluxes;
 
 /// What a run carries from step to step; everything else can be computed from it.
@@ -53,6 +54,8 @@ class HeatSystem {
 
   /// State at time t from temperatures of the owned points; walls are not yet imposed. Collective.
   State start(double t, std::span<const double> T_owned);
+  /// Stores or reads a state. Collective.
+  void exchange(Archive& archive, State& state) const;
   /// Temperatures of the owned points from the degrees of freedom, whose ghosts it updates, K. Collective.
   std::vector<double> temperatures(std::span<double> u) const;
 

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 
 namespace calor {
@@ -15,7 +16,11 @@ StageSolver::StageSolver(HeatSystem& system)
       newton_(system,
               {.residual = [this](std::span<double> T,
                                   std::span<double> R) { system_.residual(t_, T, gamma_dt_, known_, R); },
-               .jacobian = [this](std::span<double> T, Mat J) { system_.jacobian(t_, T, 1, gamma_dt_, J); },
+               .jacobian =
+                   [this](std::span<double> T, Mat J) {
+                     matrix_t_ = t_, matrix_gamma_dt_ = gamma_dt_;
+                     system_.jacobian(t_, T, 1, gamma_dt_, J);
+                   },
                .tolerance = [this](auto, std::span<double> tolerance,
                                    auto) { std::ranges::copy(tolerance_, tolerance.begin()); },
                .correct_step =
@@ -59,10 +64,30 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   return result.converged;
 }
 
-void ImplicitStepper::prepare(HeatSystem& system, const State& state) {
+void StageSolver::exchange(Archive& archive) {
+  archive.value("rate bound", rate_bound_);
+  archive.value("matrix at time", matrix_t_);
+  archive.value("matrix with step", matrix_gamma_dt_);
+  double gamma_dt = gamma_dt_;
+  t_ = matrix_t_, gamma_dt_ = matrix_gamma_dt_;
+  newton_.exchange(archive);
+  archive.value("step of stage", gamma_dt);
+  gamma_dt_ = gamma_dt;
+}
+
+void ImplicitStepper::make_solver(HeatSystem& system) {
   if (!solver_) solver_ = std::make_unique<StageSolver>(system);
-  known_.resize(state.E.size());
-  T_ = state.T;
+  known_.resize(system.cloud().owned);
+}
+
+void ImplicitStepper::enter(HeatSystem& system, State& /*state*/, const SmoothInterval& /*interval*/, bool fresh) {
+  make_solver(system);
+  if (fresh) solver_->renew();
+}
+
+void ImplicitStepper::exchange_own(Archive& archive, HeatSystem& system) {
+  make_solver(system);
+  solver_->exchange(archive);
 }
 
 void ImplicitStepper::evaluate(HeatSystem& system, double t, std::span<double> T, Rate& rate) {

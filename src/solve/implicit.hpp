@@ -18,6 +18,10 @@ class StageSolver {
   /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails. Collective.
   bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
              StepCounts& counts);
+  /// The next solve takes a new matrix.
+  void renew() { newton_.renew_jacobian(); }
+  /// What is kept from solve to solve, the matrix by where it was evaluated. Collective.
+  void exchange(Archive& archive);
   /// Why the last solve failed, if the equations said so.
   std::exception_ptr reason() const { return reason_; }
   /// x = (dE/dT - gamma dt dF/dT)^-1 r with the matrix of the last solve: takes stiff components out of an error.
@@ -31,6 +35,7 @@ class StageSolver {
   HeatSystem& system_;
   Newton newton_;
   double t_ = 0, gamma_dt_ = 0, rate_bound_ = 0;
+  double matrix_t_ = 0, matrix_gamma_dt_ = 0;  ///< those of the last Jacobian
   std::span<const double> known_;
   std::vector<double> tolerance_;
   std::exception_ptr reason_;
@@ -46,8 +51,9 @@ class ImplicitStepper : public Stepper {
   struct Rate {
     std::vector<double> F, power;
   };
-  /// Makes the solver on first use, and room for the work arrays.
-  void prepare(HeatSystem& system, const State& state);
+  /// Data change where an interval begins at a break: the matrix of before has served its time.
+  void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override;
+  void exchange_own(Archive& archive, HeatSystem& system) override;
   void evaluate(HeatSystem& system, double t, std::span<double> T, Rate& rate);
   /// known = E0 + sum weight F, weights in s; finds T_ from it, starting where T_ is, and its rate.
   struct Weighted {
@@ -68,6 +74,8 @@ class ImplicitStepper : public Stepper {
   std::vector<double> T_;
 
  private:
+  void make_solver(HeatSystem& system);
+
   std::vector<double> known_;
 };
 

@@ -11,13 +11,15 @@
 
 namespace calor {
 
+class Archive;
+
 struct StepCounts {
   long steps = 0, rejected = 0, rate_evaluations = 0, newton_iterations = 0, linear_iterations = 0;
   int most_stages = 0;
   double smallest_step = 0, largest_step = 0;  ///< s
 };
 
-/// Called after every accepted step; false ends the run.
+/// Called after every accepted step, between which a run may be stored; false ends the run.
 using AfterStep = std::function<bool(const State&)>;
 
 class Integrator {
@@ -26,6 +28,9 @@ class Integrator {
   /// Marches from state.t to exactly t_end, or until after_step returns false. The walls of `state` are imposed on
   /// entry and on return. Collective.
   virtual void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;
+  /// What it carries from step to step besides the state: marching goes on as if it had not been interrupted, on the
+  /// same number of ranks with the same bits. For reading, of a new one. Collective.
+  virtual void exchange(Archive& archive, HeatSystem& system) = 0;
   virtual std::string name() const = 0;  ///< as in [time] integrator
   StepCounts counts;
   std::string why;                 ///< this integrator was taken: half a sentence

@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/archive.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "solve/aggregation_multigrid.hpp"
@@ -18,6 +19,7 @@ Newton::Newton(HeatSystem& system, Equations equations, bool steady)
       equations_(std::move(equations)),
       slow_(steady ? 0.5 : 0.1),
       T_(system.cloud().local()),
+      T_jacobian_(system.cloud().owned),
       tolerance_(system.cloud().owned),
       round_off_(system.cloud().owned),
       J_(system.create_jacobian()),
@@ -101,12 +103,29 @@ Newton::Result Newton::solve(std::span<double> T, int most_iterations, double si
   return result;
 }
 
+void Newton::evaluate_jacobian() {
+  std::copy_n(T_.begin(), T_jacobian_.size(), T_jacobian_.begin());
+  equations_.jacobian(T_, J_);
+  check(MatScale(J_, 1 / unit_));
+  has_jacobian_ = true;
+}
+
+void Newton::exchange(Archive& archive) {
+  archive.value("unit of equations", unit_);
+  archive.value("matrix is old", jacobian_is_old_);
+  archive.value("has matrix", has_jacobian_);
+  if (!has_jacobian_) return;
+  archive.points("temperatures of matrix", T_jacobian_);
+  if (!archive.reads()) return;
+  std::ranges::copy(T_jacobian_, T_.begin());
+  evaluate_jacobian();
+  check(KSPSetOperators(linear_solver(), J_, J_));
+}
+
 void Newton::solve_linear(std::span<const double> b, std::span<double> x) {
   if (!has_jacobian_) {  // every first guess so far was a solution, as in a body at rest
-    equations_.jacobian(T_, J_);
-    check(MatScale(J_, 1 / unit_));
+    evaluate_jacobian();
     check(KSPSetOperators(linear_solver(), J_, J_));
-    has_jacobian_ = true;
   }
   petsc::copy(b, b_);
   check(VecScale(b_, 1 / unit_));
@@ -153,16 +172,14 @@ PetscErrorCode Newton::residual(SNES, Vec T, Vec R, void* self) {
   });
 }
 
-PetscErrorCode Newton::jacobian(SNES snes, Vec T, Mat J, Mat, void* self) {
+PetscErrorCode Newton::jacobian(SNES snes, Vec T, Mat, Mat, void* self) {
   return petsc::callback([&] {
     auto& newton = *static_cast<Newton*>(self);
     if (!newton.jacobian_is_old_) return;
     petsc::copy(T, std::span(newton.T_).first(newton.system_.cloud().owned));
     try {
-      newton.equations_.jacobian(newton.T_, J);
-      check(MatScale(J, 1 / newton.unit_));
+      newton.evaluate_jacobian();
       newton.jacobian_is_old_ = newton.always_renew_;
-      newton.has_jacobian_ = true;
     } catch (const Error&) {
       newton.error_ = std::current_exception();
       check(SNESSetJacobianDomainError(snes));  // ends the iteration

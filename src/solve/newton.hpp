@@ -11,6 +11,8 @@
 
 namespace calor {
 
+class Archive;
+
 class Newton {
  public:
   struct Equations {
@@ -50,6 +52,9 @@ class Newton {
   /// When convergence slows down, and in every iteration of a problem with `always_renew`.
   void always_renew(bool yes) { always_renew_ = yes; }
 
+  /// What is kept from solve to solve. For reading, the Jacobian is evaluated anew where it was. Collective.
+  void exchange(Archive& archive);
+
   /// x = J^-1 b with the last Jacobian, owned points. Collective.
   void solve_linear(std::span<const double> b, std::span<double> x);
 
@@ -59,6 +64,8 @@ class Newton {
   static PetscErrorCode correct_step(SNESLineSearch search, Vec T, Vec step, PetscBool* changed, void* self);
   static PetscErrorCode converged(SNES snes, PetscInt iteration, PetscReal T_norm, PetscReal step_norm,
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
+  /// J_ at T_.
+  void evaluate_jacobian();
   void choose_linear_solver(bool steady);
   KSP linear_solver() const;
   /// Largest |R_i| / unit_i. Collective.
@@ -67,8 +74,9 @@ class Newton {
 
   HeatSystem& system_;
   Equations equations_;
-  double slow_;            ///< part of the residual that is left where a kept Jacobian has served its time
-  std::vector<double> T_;  ///< local points
+  double slow_;                     ///< part of the residual that is left where a kept Jacobian has served its time
+  std::vector<double> T_;           ///< local points
+  std::vector<double> T_jacobian_;  ///< owned points, at the last Jacobian
   std::vector<double> tolerance_, round_off_;
   double last_residual_ = 0;
   double unit_ = 0;  ///< of the equations that PETSc sees, see petsc::unit_of

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 
 namespace calor {
@@ -26,6 +27,11 @@ void RangeWatch::see(HeatSystem& system, double t_old, double t_new) {
     const ValueRange outer = system.outer_temperatures(t);
     range_ = {.low = std::min(range_.low, outer.low), .high = std::max(range_.high, outer.high)};
   }
+}
+
+void RangeWatch::exchange(Archive& archive) {
+  archive.value("lowest temperature of the data", range_.low);
+  archive.value("highest temperature of the data", range_.high);
 }
 
 double RangeWatch::excess_of(const HeatSystem& system, double T) const {

@@ -8,12 +8,16 @@
 
 namespace calor {
 
+class Archive;
+
 class RangeWatch {
  public:
   /// Takes in the body at the start of a run. Collective.
   void begin(HeatSystem& system, const State& state);
   /// Takes in walls and surroundings between two times. Collective.
   void see(HeatSystem& system, double t_old, double t_new);
+
+  void exchange(Archive& archive);
 
   double span() const { return range_.span(); }
   /// Largest distance of the temperatures of the points from where they can be, K; updates the ghosts of u. Collective.

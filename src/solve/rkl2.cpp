@@ -7,6 +7,7 @@
 #include <limits>
 #include <utility>
 
+#include "base/archive.hpp"
 #include "solve/stepper.hpp"
 
 namespace calor {
@@ -36,47 +37,39 @@ class Rkl2 final : public Stepper {
   /// is the same linear combination for both, sum E - sum heat stays what it was to round-off.
   struct Stage {
     std::vector<double> E, cumulative_heat;
-    void resize(const State& state) { E.resize(state.E.size()), cumulative_heat.resize(state.cumulative_heat.size()); }
   };
 
-  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-             const AfterStep& after_step) override {
-    for (Stage* stage : {&last_, &before_last_}) stage->resize(state);
-    F0_.resize(state.E.size()), F_.resize(state.E.size());
-    power0_.resize(state.cumulative_heat.size()), power_.resize(state.cumulative_heat.size());
-
+  void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override {
+    make_room(system);
     evaluate(system, interval.data_time(state.t), state.T, F0_, power0_);
     euler_limit_ = euler_limit(system, interval.data_time(state.t), state.T);
-    return options_.step ? march_fixed(system, state, interval, after_step)
-                         : march_adaptive(system, state, interval, fresh, after_step);
-  }
-
-  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
-    const EqualSteps steps(state.t, interval.end(), *options_.step);
-    const double dt = steps.step();
-    for (long n = 1; n <= steps.count(); ++n) {
-      int stages = require_stages(dt, state.t);
-      advance_stages(system, state, interval, dt, stages);
-      // The step may have taken the state to where it needs more stages.
-      while (!is_stable(system, interval.data_time(steps.time(n)), dt, stages)) {
-        stages = std::min(require_stages(dt, state.t), 2 * stages + 1);
-        advance_stages(system, state, interval, dt, stages);
-        ++counts.rejected;
-      }
-      evaluate(system, interval.data_time(steps.time(n)), T_, F_, power_);
-      take(state, steps.time(n));
-      if (!accept(system, state, dt, after_step)) return false;
-    }
-    return true;
-  }
-
-  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-                      const AfterStep& after_step) {
-    const double longest = system.longest_step(interval.begin(), interval.end());
+    longest_ = system.longest_step(interval.begin(), interval.end());
     if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit_, interval.end() - state.t));
-    while (state.t < interval.end()) {
+  }
+
+  double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {
+    return options_.step ? fixed_step(system, state, interval) : controlled_step(system, state, interval);
+  }
+
+  double fixed_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    const auto [dt, t_new] = equal_step(interval);
+    int stages = require_stages(dt, state.t);
+    advance_stages(system, state, interval, dt, stages);
+    // The step may have taken the state to where it needs more stages.
+    while (!is_stable(system, interval.data_time(t_new), dt, stages)) {
+      stages = std::min(require_stages(dt, state.t), 2 * stages + 1);
+      advance_stages(system, state, interval, dt, stages);
+      ++counts.rejected;
+    }
+    evaluate(system, interval.data_time(t_new), T_, F_, power_);
+    take(state, t_new);
+    return dt;
+  }
+
+  double controlled_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    while (true) {
       const double limit = euler_limit_;
-      const double dt = control_.next(state.t, interval.end(), std::min(longest, longest_step(most_stages, limit)));
+      const double dt = control_.next(state.t, interval.end(), std::min(longest_, longest_step(most_stages, limit)));
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       require_motion(state.t, t_new);
       const int stages = stages_for(dt, limit);
@@ -95,9 +88,24 @@ class Rkl2 final : public Stepper {
         continue;
       }
       take(state, t_new);
-      if (!accept(system, state, dt, after_step)) return false;
+      return dt;
     }
-    return true;
+  }
+
+  void make_room(const HeatSystem& system) {
+    const std::size_t points = system.cloud().owned, accounts = system.accounts().size();
+    for (Stage* stage : {&last_, &before_last_}) stage->E.resize(points), stage->cumulative_heat.resize(accounts);
+    F0_.resize(points), F_.resize(points);
+    power0_.resize(accounts), power_.resize(accounts);
+  }
+
+  void exchange_own(Archive& archive, HeatSystem& system) override {
+    make_room(system);
+    control_.exchange(archive);
+    archive.value("limit of Euler's step", euler_limit_);
+    archive.value("longest step", longest_);
+    archive.points("rate", F0_);
+    archive.shares("power", power0_);
   }
 
   /// Euler's limit, s: where it may have changed.
@@ -193,6 +201,7 @@ class Rkl2 final : public Stepper {
 
   StepControl control_;
   double euler_limit_ = 0;  ///< at the state from which the next step starts, s
+  double longest_ = 0;      ///< step that resolves moving sources in the interval, s
   Stage last_, before_last_;
   std::vector<double> T_, F0_, F_, power0_, power_;
 };

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "base/archive.hpp"
 #include "base/parallel.hpp"
 
 namespace calor {
@@ -30,31 +32,68 @@ double SmoothInterval::data_time(double t) const {
 }
 
 void Stepper::advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
-  const bool is_first = !events_;
-  if (!events_) {
-    events_ = system.events();
-    watch_.begin(system, state);
-  }
-  bool fresh = is_first;
   while (state.t < t_end) {
-    const SmoothInterval interval(*events_, state.t, t_end);
-    if (interval.begins_at_break()) {
-      fresh = true;
-      system.impose(interval.data_time(state.t), state.T, state.E, state.cumulative_heat);
+    if (!interval_) enter_next(system, state, t_end);
+    while (state.t < interval_->end()) {
+      const double dt = step(system, state, *interval_);
+      accept(system, state, dt);
+      ++steps_in_interval_;
+      if (!after_step(state)) return;
     }
-    if (!march(system, state, interval, fresh, after_step)) return;
-    fresh = false;
+    interval_.reset();
   }
 }
 
-bool Stepper::accept(HeatSystem& system, State& state, double dt, const AfterStep& after_step) {
+void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
+  if (events_.empty()) events_ = system.events();
+  if (const auto begin = std::exchange(stored_begin_, std::nullopt)) {
+    interval_.emplace(events_, *begin, t_end);
+    return;
+  }
+  interval_.emplace(events_, state.t, t_end);
+  steps_in_interval_ = 0;
+  if (!has_begun_) watch_.begin(system, state);
+  const bool fresh = !has_begun_ || interval_->begins_at_break();
+  has_begun_ = true;
+  if (interval_->begins_at_break())
+    system.impose(interval_->data_time(state.t), state.T, state.E, state.cumulative_heat);
+  enter(system, state, *interval_, fresh);
+}
+
+void Stepper::accept(HeatSystem& system, State& state, double dt) {
   system.require_finite(state.t, state.T);
   watch_.see(system, state.t - dt, state.t);
   watch_.require(system, state.t, state.T, allowed_excess());
   counts.smallest_step = counts.steps == 0 ? dt : std::min(counts.smallest_step, dt);
   counts.largest_step = std::max(counts.largest_step, dt);
   ++counts.steps;
-  return after_step(state);
+}
+
+void Stepper::exchange(Archive& archive, HeatSystem& system) {
+  archive.value("steps", counts.steps);
+  archive.value("rejected steps", counts.rejected);
+  archive.value("rate evaluations", counts.rate_evaluations);
+  archive.value("newton iterations", counts.newton_iterations);
+  archive.value("linear iterations", counts.linear_iterations);
+  archive.value("most stages", counts.most_stages);
+  archive.value("smallest step", counts.smallest_step);
+  archive.value("largest step", counts.largest_step);
+  archive.value("has begun", has_begun_);
+  if (!has_begun_) return;
+  bool is_inside = interval_.has_value();
+  double begin = is_inside ? interval_->begin() : 0;
+  archive.value("inside an interval", is_inside);
+  archive.value("interval begins", begin);
+  archive.value("steps in interval", steps_in_interval_);
+  if (archive.reads() && is_inside) stored_begin_ = begin;
+  archive.value("largest span", largest_span_);
+  watch_.exchange(archive);
+  exchange_own(archive, system);
+}
+
+Stepper::Step Stepper::equal_step(const SmoothInterval& interval) const {
+  const EqualSteps steps(interval.begin(), interval.end(), *options_.step);
+  return {.dt = steps.step(), .t_new = steps.time(steps_in_interval_ + 1)};
 }
 
 double Stepper::allowed_excess() const {
@@ -97,6 +136,11 @@ double StepControl::next(double t, double end, double most) {
   const double dt = std::min(proposal_, most), left = end - t;
   if (dt >= left * (1 - 1e-9)) return left;
   return dt > 0.5 * left ? 0.5 * left : dt;
+}
+
+void StepControl::exchange(Archive& archive) {
+  archive.value("proposed step", proposal_);
+  archive.value("was rejected", was_rejected_);
 }
 
 bool StepControl::judge(double dt, double error, double always_good) {

@@ -37,21 +37,27 @@ struct StepOptions {
   double safety = 0.9;              ///< part of the stable step that Euler takes
 };
 
-/// Splits [t, t_end] at the events of the data and leaves one interval to the method.
+/// Splits [t, t_end] at the events of the data and leaves the steps within one interval to the method.
 class Stepper : public Integrator {
  public:
   explicit Stepper(StepOptions options) : options_(options) {}
   void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) final;
+  void exchange(Archive& archive, HeatSystem& system) final;
 
  protected:
-  /// Marches to interval.end(); false when after_step ends the run. `fresh`: the solution may not be smooth here, as
-  /// data jump or the run begins.
-  virtual bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-                     const AfterStep& after_step) = 0;
+  /// Where an interval begins. `fresh`: the solution may not be smooth here, as data jump or the run begins.
+  virtual void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) = 0;
+  /// Takes the state one step on, at most to the end of the interval; returns the length of the step, s.
+  virtual double step(HeatSystem& system, State& state, const SmoothInterval& interval) = 0;
+  /// What the method itself carries from step to step.
+  virtual void exchange_own(Archive& archive, HeatSystem& system) = 0;
 
-  /// Books an accepted step, checks the state and reports it. Throws Error(numbers) where temperatures are not finite
-  /// or cannot be.
-  bool accept(HeatSystem& system, State& state, double dt, const AfterStep& after_step);
+  long steps_in_interval() const { return steps_in_interval_; }  ///< taken so far
+  struct Step {
+    double dt, t_new;  ///< s
+  };
+  /// The next one where all are (nearly) as long as options_.step.
+  Step equal_step(const SmoothInterval& interval) const;
   /// Do degrees of freedom u at t_new, a step after t, lie farther out of the range of data than errors of steps may
   /// take them? Collective.
   bool leaves_range(HeatSystem& system, double t, double t_new, std::span<double> u);
@@ -61,10 +67,18 @@ class Stepper : public Integrator {
   StepOptions options_;
 
  private:
+  /// Enters the next interval, or goes on in the one in which the run was stored.
+  void enter_next(HeatSystem& system, State& state, double t_end);
+  /// Books a step and checks the state. Throws Error(numbers) where temperatures are not finite or cannot be.
+  void accept(HeatSystem& system, State& state, double dt);
   /// How far out of the range of data temperatures may be, K.
   double allowed_excess() const;
 
-  std::optional<std::vector<double>> events_;
+  std::vector<double> events_;
+  std::optional<SmoothInterval> interval_;  ///< in which the state is, if it has not come to its end
+  std::optional<double> stored_begin_;      ///< of the interval in which the run was stored
+  long steps_in_interval_ = 0;
+  bool has_begun_ = false;
   RangeWatch watch_;
   double largest_span_ = 0;
 };
@@ -106,6 +120,7 @@ class StepControl {
   bool judge(double dt, double error, double always_good);
   /// After a step that failed altogether.
   void reduce(double dt) { proposal_ = 0.25 * dt, was_rejected_ = true; }
+  void exchange(Archive& archive);
 
  private:
   double least_growth_;

@@ -1,6 +1,7 @@
 // The implicit theta methods with fixed steps:
 //   backward Euler   E_new = E + dt F(t_new, T_new)
 //   Crank-Nicolson   E_new = E + dt/2 (F(t, T) + F(t_new, T_new))
+#include "base/archive.hpp"
 #include "solve/implicit.hpp"
 #include "solve/stepper.hpp"
 
@@ -18,22 +19,15 @@ class ThetaMethod : public ImplicitStepper {
       fail(state.t, dt);
     take(system, state, interval, t_new, {{dt, rate_}});
   }
-  virtual void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) = 0;
-  virtual void restart() {}
+  virtual void go(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) = 0;
 
   Rate rate_;
 
  private:
-  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-             const AfterStep& after_step) final {
-    prepare(system, state);
-    if (fresh) restart();
-    const EqualSteps steps(state.t, interval.end(), *options_.step);
-    for (long n = 1; n <= steps.count(); ++n) {
-      step(system, state, interval, steps.step(), steps.time(n));
-      if (!accept(system, state, steps.step(), after_step)) return false;
-    }
-    return true;
+  double step(HeatSystem& system, State& state, const SmoothInterval& interval) final {
+    const auto [dt, t_new] = equal_step(interval);
+    go(system, state, interval, dt, t_new);
+    return dt;
   }
 };
 
@@ -43,7 +37,7 @@ class BackwardEuler final : public ThetaMethod {
   std::string name() const override { return "backward-euler"; }
 
  private:
-  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
+  void go(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
     backward_step(system, state, interval, dt, t_new);
   }
 };
@@ -56,8 +50,15 @@ class CrankNicolson final : public ThetaMethod {
   std::string name() const override { return "crank-nicolson"; }
 
  private:
-  void restart() override { damped_steps_left_ = 2; }
-  void step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
+  void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override {
+    ThetaMethod::enter(system, state, interval, fresh);
+    if (fresh) damped_steps_left_ = 2;
+  }
+  void exchange_own(Archive& archive, HeatSystem& system) override {
+    ThetaMethod::exchange_own(archive, system);
+    archive.value("damped steps left", damped_steps_left_);
+  }
+  void go(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) override {
     if (damped_steps_left_ > 0) {
       --damped_steps_left_;
       backward_step(system, state, interval, dt / 2, state.t + dt / 2);

@@ -7,6 +7,7 @@
 #include <limits>
 #include <numbers>
 
+#include "base/archive.hpp"
 #include "solve/implicit.hpp"
 #include "solve/stepper.hpp"
 
@@ -21,45 +22,41 @@ class TrBdf2 final : public ImplicitStepper {
   std::string name() const override { return "tr-bdf2"; }
 
  private:
-  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-             const AfterStep& after_step) override {
-    prepare(system, state);
-    return options_.step ? march_fixed(system, state, interval, after_step)
-                         : march_adaptive(system, state, interval, fresh, after_step);
-  }
-
-  bool march_fixed(HeatSystem& system, State& state, const SmoothInterval& interval, const AfterStep& after_step) {
-    const EqualSteps steps(state.t, interval.end(), *options_.step);
-    const double dt = steps.step();
-    for (long n = 1; n <= steps.count(); ++n) {
-      evaluate(system, interval.data_time(state.t), state.T, rate0_);
-      if (!stages(system, state, interval, dt, steps.time(n), tight_tolerance(system, state))) fail(state.t, dt);
-      take(system, state, interval, steps.time(n), weights(dt));
-      if (!accept(system, state, dt, after_step)) return false;
-    }
-    return true;
-  }
-
-  bool march_adaptive(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh,
-                      const AfterStep& after_step) {
-    constexpr double part_for_newton = 1e-3;
+  void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override {
+    ImplicitStepper::enter(system, state, interval, fresh);
+    if (options_.step) return;
     const double bound = system.rate_bound(interval.data_time(state.t), state.T);
-    const double euler_limit = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit, interval.end() - state.t));
-    const double longest = system.longest_step(interval.begin(), interval.end());
+    euler_limit_ = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
+    longest_ = system.longest_step(interval.begin(), interval.end());
+    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit_, interval.end() - state.t));
+  }
+
+  double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {
     evaluate(system, interval.data_time(state.t), state.T, rate0_);
-    while (state.t < interval.end()) {
-      const double dt = control_.next(state.t, interval.end(), longest);
+    return options_.step ? fixed_step(system, state, interval) : controlled_step(system, state, interval);
+  }
+
+  double fixed_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    const auto [dt, t_new] = equal_step(interval);
+    if (!stages(system, state, interval, dt, t_new, tight_tolerance(system, state))) fail(state.t, dt);
+    take(system, state, interval, t_new, weights(dt));
+    return dt;
+  }
+
+  double controlled_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
+    constexpr double part_for_newton = 1e-3;
+    while (true) {
+      const double dt = control_.next(state.t, interval.end(), longest_);
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       require_motion(state.t, t_new);
       const double allowed = tolerance(system, state);
       if (!stages(system, state, interval, dt, t_new, part_for_newton * allowed)) {
-        if (dt < 1e-6 * std::min(euler_limit, interval.end())) fail(state.t, dt);
+        if (dt < 1e-6 * std::min(euler_limit_, interval.end())) fail(state.t, dt);
         control_.reduce(dt);
         ++counts.rejected;
         continue;
       }
-      const double always_good = least_part_of_euler * euler_limit;
+      const double always_good = least_part_of_euler * euler_limit_;
       if (!control_.judge(dt, error(system, dt) / allowed, always_good)) {
         ++counts.rejected;
         continue;
@@ -70,10 +67,15 @@ class TrBdf2 final : public ImplicitStepper {
         continue;
       }
       take(system, state, interval, t_new, weights(dt));
-      if (!accept(system, state, dt, after_step)) return false;
-      if (state.t < interval.end()) evaluate(system, interval.data_time(state.t), state.T, rate0_);
+      return dt;
     }
-    return true;
+  }
+
+  void exchange_own(Archive& archive, HeatSystem& system) override {
+    ImplicitStepper::exchange_own(archive, system);
+    control_.exchange(archive);
+    archive.value("limit of Euler's step", euler_limit_);
+    archive.value("longest step", longest_);
   }
 
   /// Both stages from the state and rate0_.
@@ -101,6 +103,8 @@ class TrBdf2 final : public ImplicitStepper {
   }
 
   StepControl control_{1.3};
+  double euler_limit_ = 0;  ///< where the interval begins, s
+  double longest_ = 0;      ///< step that resolves moving sources in the interval, s
   Rate rate0_, rate1_, rate2_;
   std::vector<double> error_;
 };

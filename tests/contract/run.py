@@ -11,6 +11,7 @@ import sys
 import tempfile
 import time
 import unittest
+import unittest.mock
 import xml.etree.ElementTree as xml
 
 CALOR = str(pathlib.Path(sys.argv.pop(1)).resolve())
@@ -46,7 +47,8 @@ class Contract(unittest.TestCase):
             self.assertIn(f"Usage: calor {verb}", self.calor("help", verb).stdout)
         self.assertEqual(self.calor("help").stdout, self.calor("--help").stdout)
         self.calor("help", "solve", code=2)
-        self.assertNotIn("restart", self.calor("run", "--help").stdout)
+        for option in ("-j", "-o", "--quiet", "--restart", "--time-limit"):
+            self.assertIn(option, self.calor("run", "--help").stdout)
         self.assertRegex(self.calor("--version").stdout, r"^calor \d+\.\d+\.\d+\n$")
 
     def test_new_writes_a_case_that_runs_and_never_overwrites(self):
@@ -224,13 +226,18 @@ class Contract(unittest.TestCase):
         run.send_signal(number)
         while True:  # until the other end is closed
             try:
-                if not os.read(terminal, 1000):
-                    break
+                more = os.read(terminal, 1000)
             except OSError:
                 break
+            if not more:
+                break
+            shown += more
         run.communicate()
         os.close(terminal)
         self.assertEqual(run.returncode, code)
+        self.assertIn(f"interrupted by signal {code - 128}".encode(), shown)
+        self.assertIn(b"--restart goes on from t = ", shown)
+        self.assertTrue((self.here / "results/plate/checkpoint-0").exists())
         report = self.read_json("results/plate/report.json")
         self.assertFalse(report["passed"])
         reached = report["numbers"]["end"]
@@ -247,8 +254,20 @@ class Contract(unittest.TestCase):
     def test_a_terminated_run_stays_readable(self):
         self.interrupt(number=signal.SIGTERM, code=143)
 
+    def test_a_run_whose_terminal_is_gone_stays_readable(self):
+        self.interrupt(number=signal.SIGHUP, code=129)
+
     def test_an_interrupted_run_on_two_processes_stays_readable(self):
         self.interrupt("-j", "2", number=signal.SIGINT, code=130)
+
+    def test_a_terminated_run_on_two_processes_stays_readable_also_where_mpiexec_passes_no_signal_on(self):
+        # As with plug-ins that take the signals of mpiexec.
+        (self.here / "bin").mkdir()
+        mpiexec = self.here / "bin/mpiexec"
+        mpiexec.write_text(f"#!/bin/sh\ntrap '' USR1 TERM INT HUP\n{shutil.which('mpiexec')} \"$@\"\n")
+        mpiexec.chmod(0o755)
+        with unittest.mock.patch.dict(os.environ, PATH=f"{self.here}/bin:{os.environ['PATH']}"):
+            self.interrupt("-j", "2", number=signal.SIGTERM, code=143)
 
     def ranks_of(self, run):
         """Process ids of mpiexec and its ranks, once all of them are there."""
@@ -296,6 +315,127 @@ class Contract(unittest.TestCase):
             return pathlib.Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
         except OSError:
             return "Z"
+
+    def files(self, name):
+        folder = self.here / name
+        return {str(path.relative_to(folder)): path.read_bytes() for path in folder.rglob("*")
+                if path.is_file() and path.name not in ("run.log", "report.json")}
+
+    def test_a_run_that_its_time_limit_ended_is_code_75_and_goes_on_with_the_same_bits(self):
+        self.calor("new", "plate")
+        self.calor("run", "plate.toml", "-o", "whole")
+        said = self.calor("run", "plate.toml", "-o", "parts", "--time-limit", "1ms", code=75)
+        self.assertIn("the time limit is over: parts holds the results so far; --restart goes on from t = ", said.stderr)
+        self.assertFalse(self.read_json("parts/report.json")["passed"])
+        self.calor("run", "plate.toml", "-o", "parts", "--restart", "--time-limit", "0.001 s", code=75)
+        self.assertIn("restarted at t = ", self.calor("run", "plate.toml", "-o", "parts", "--restart").stderr)
+        self.assertEqual(self.files("whole"), self.files("parts"))
+        for wrong in ("soon", "3 m", "-1s", "0s"):
+            self.calor("run", "plate.toml", "--time-limit", wrong, code=2)
+
+    def test_a_restart_without_a_checkpoint_or_of_another_case_is_refused(self):
+        self.calor("new", "plate")
+        self.assertIn("there is no checkpoint to go on from", self.calor("run", "plate.toml", "--restart", code=4).stderr)
+        self.calor("run", "plate.toml", "--time-limit", "1ms", code=75)
+        said = self.calor("run", "plate.toml", "--restart", "boundary.heater.flux=21 kW/m^2", code=3).stderr
+        self.assertIn("is of another case: boundary.heater.flux is", said)
+        self.calor("run", "plate.toml", "--restart")
+        self.assertIn("there is no checkpoint", self.calor("run", "plate.toml", "--restart", code=4).stderr)
+
+    def start(self, *words):
+        """A long run, once it has rows."""
+        if not (self.here / "plate.toml").exists():
+            self.calor("new", "plate")
+        run = subprocess.Popen([CALOR, "run", "plate.toml", *LONG, *words], cwd=self.here, stdout=subprocess.PIPE,
+                               stderr=subprocess.PIPE, text=True)
+        while not (self.here / "results/plate/run.lock").exists() or not (self.here / "results/plate/energy.csv").exists():
+            self.assertIsNone(run.poll())
+            time.sleep(0.05)
+        return run
+
+    def test_a_second_run_into_a_folder_is_refused_with_the_process_of_the_first(self):
+        run = self.start()
+        said = self.calor("run", "plate.toml", code=4).stderr
+        self.assertRegex(said, rf"another run writes into this folder: process {run.pid} on .* since \d{{4}}-")
+        run.kill()
+        run.communicate()
+        self.calor("run", "plate.toml")  # the lock ends with its process
+        self.assertFalse((self.here / "results/plate/run.lock").exists())
+
+    def test_a_run_whose_folder_is_removed_ends_and_claims_no_results(self):
+        run = self.start("output.samples=100000")
+        shutil.rmtree(self.here / "results")
+        out, err = run.communicate()
+        self.assertEqual((run.returncode, out), (4, ""))
+        self.assertIn("results/plate", err)
+        self.assertEqual(len(err.splitlines()), 1)
+
+    def test_a_process_that_is_killed_alone_ends_the_run_with_a_line(self):
+        run = self.start("-j", "2", "output.checkpoint_steps=100")
+        while not (self.here / "results/plate/checkpoint-1").exists():
+            time.sleep(0.05)
+        os.kill(self.ranks_of(run)[-1], signal.SIGKILL)
+        _, err = run.communicate()
+        self.assertEqual(run.returncode, 137)
+        self.assertIn("ended by signal 9 (Killed): results/plate holds the results so far; --restart goes on from t = ", err)
+
+    def test_an_interrupt_before_there_is_a_result_ends_the_run_at_once(self):
+        self.calor("new", "plate")
+        steady = ["cloud.points=[1500, 1500]", "variant=steady"]
+        text = (self.here / "plate.toml").read_text()
+        (self.here / "plate.toml").write_text(text + '[[variant]]\nname = "steady"\nremove = ["time"]\nset = {steady = {}}\n')
+        for words in steady, [*steady, "-j", "2"]:
+            with self.subTest(words=words):
+                run = subprocess.Popen([CALOR, "run", "plate.toml", *words], cwd=self.here, stdout=subprocess.PIPE,
+                                       stderr=subprocess.PIPE, text=True)
+                time.sleep(2)
+                self.assertIsNone(run.poll())
+                run.send_signal(signal.SIGINT)
+                out, err = run.communicate()
+                self.assertEqual((run.returncode, out), (130, ""))
+                self.assertEqual(len(err.splitlines()), 1, err)
+
+    def test_output_that_cannot_be_written_is_code_4_and_the_results_are_there(self):
+        self.calor("new", "plate")
+        for words in ["run", "plate.toml"], ["check", "plate.toml"], ["doc"], ["--help"], ["verify", "plate.toml"]:
+            with self.subTest(words=words), open("/dev/full", "w") as full:
+                done = subprocess.run([CALOR, *words], cwd=self.here, stdout=full, stderr=subprocess.PIPE, text=True)
+                self.assertEqual(done.returncode, 4)
+                self.assertIn("standard output cannot be written: No space left on device", done.stderr)
+        self.assertTrue(self.read_json("results/plate/report.json")["passed"])
+        closed = subprocess.run(["sh", "-c", f"'{CALOR}' run plate.toml -o closed >&- 2>&- <&-"], cwd=self.here)
+        self.assertEqual(closed.returncode, 0)
+        self.assertEqual((self.here / "closed/probes.csv").read_bytes(), (self.here / "results/plate/probes.csv").read_bytes())
+
+    def test_what_the_machine_lacks_is_code_6(self):
+        self.calor("new", "plate")
+        for limit in "ulimit -n 5", "ulimit -v 450000":
+            with self.subTest(limit=limit):
+                done = subprocess.run(["sh", "-c", f"{limit}; exec '{CALOR}' run plate.toml 'cloud.points=[2001, 1001]'"],
+                                      cwd=self.here, capture_output=True, text=True)
+                self.assertEqual(done.returncode, 6, done.stderr)
+                self.assertIn("calor: ", done.stderr.splitlines()[-1])
+        done = subprocess.run([CALOR, "run", "plate.toml"], cwd=self.here, env={}, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_full_disk_and_a_folder_that_is_read_only_are_code_4(self):
+        self.calor("new", "plate")
+        said = self.calor("run", "plate.toml", "-o", "/proc/results", code=4).stderr
+        self.assertIn("cannot be written", said)
+        # A file may not grow beyond 20 kB: the disk is full.
+        done = subprocess.run(["sh", "-c", f"trap '' XFSZ; ulimit -f 20; exec '{CALOR}' run plate.toml output.samples=5000"],
+                              cwd=self.here, capture_output=True, text=True)
+        self.assertEqual(done.returncode, 4, done.stderr)
+        self.assertIn("cannot be written: File too large", done.stderr)
+
+    def test_odd_names_and_other_languages_change_nothing(self):
+        (self.here / "a b 'ü\n").mkdir()
+        self.calor("new", "a b 'ü\n/plate")
+        self.calor("run", "a b 'ü\n/plate.toml", "-o", "a b 'ü\n/ results")
+        done = subprocess.run([CALOR, "run", "a b 'ü\n/plate.toml", "-o", "there"], cwd=self.here,
+                              env={**os.environ, "LC_ALL": "de_DE.UTF-8", "LANG": "de_DE.UTF-8"})
+        self.assertEqual(done.returncode, 0)
+        self.assertEqual(self.files("a b 'ü\n/ results"), self.files("there"))
 
     def test_several_processes_say_what_one_says(self):
         self.calor("new", "plate")

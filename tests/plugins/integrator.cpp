@@ -11,32 +11,30 @@ class Heun final : public Stepper {
   std::string name() const override { return "heun"; }
 
  private:
-  bool march(HeatSystem& system, State& state, const SmoothInterval& interval, bool /*fresh*/,
-             const AfterStep& after_step) override {
-    const EqualSteps steps(state.t, interval.end(), *options_.step);
-    std::vector<double> E(state.E.size()), F(E.size()), power(state.cumulative_heat.size());
-    for (long n = 1; n <= steps.count(); ++n) {
-      const double dt = steps.step(), t = state.t;
-      E = state.E;
-      std::vector<double> heat = state.cumulative_heat;
-      // Two steps of Euler's method; their end and the start are averaged.
-      for (const double time : {t, steps.time(n)}) {
-        system.rate(interval.data_time(time), state.T, F, power);
-        ++counts.rate_evaluations;
-        for (std::size_t i = 0; i < F.size(); ++i) state.E[i] += dt * F[i];
-        for (std::size_t a = 0; a < power.size(); ++a) state.cumulative_heat[a] += dt * power[a];
-        if (time == t) system.temperature(state.E, state.T);
-        if (time == t) system.impose(interval.data_time(steps.time(n)), state.T, state.E, state.cumulative_heat);
-      }
-      for (std::size_t i = 0; i < E.size(); ++i) state.E[i] = 0.5 * (E[i] + state.E[i]);
-      for (std::size_t a = 0; a < power.size(); ++a)
-        state.cumulative_heat[a] = 0.5 * (heat[a] + state.cumulative_heat[a]);
-      state.t = steps.time(n);
-      system.temperature(state.E, state.T);
-      system.impose(interval.data_time(state.t), state.T, state.E, state.cumulative_heat);
-      if (!accept(system, state, dt, after_step)) return false;
+  void enter(HeatSystem&, State&, const SmoothInterval&, bool /*fresh*/) override {}
+  void exchange_own(Archive&, HeatSystem&) override {}  // nothing is carried from step to step
+
+  double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {
+    const auto [dt, t_new] = equal_step(interval);
+    const double t = state.t;
+    const std::vector<double> E = state.E, heat = state.cumulative_heat;
+    std::vector<double> F(E.size()), power(heat.size());
+    // Two steps of Euler's method; their end and the start are averaged.
+    for (const double time : {t, t_new}) {
+      system.rate(interval.data_time(time), state.T, F, power);
+      ++counts.rate_evaluations;
+      for (std::size_t i = 0; i < F.size(); ++i) state.E[i] += dt * F[i];
+      for (std::size_t a = 0; a < power.size(); ++a) state.cumulative_heat[a] += dt * power[a];
+      if (time == t) system.temperature(state.E, state.T);
+      if (time == t) system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
     }
-    return true;
+    for (std::size_t i = 0; i < E.size(); ++i) state.E[i] = 0.5 * (E[i] + state.E[i]);
+    for (std::size_t a = 0; a < power.size(); ++a)
+      state.cumulative_heat[a] = 0.5 * (heat[a] + state.cumulative_heat[a]);
+    state.t = t_new;
+    system.temperature(state.E, state.T);
+    system.impose(interval.data_time(t_new), state.T, state.E, state.cumulative_heat);
+    return dt;
   }
 };
 

@@ -199,6 +199,7 @@ TEST(Run, WritesTheTagsOfACloud) {
   for (int i = 0; i < cloud.owned; ++i) cloud.tag[i] = i % 2;
   std::vector<double> T(cloud.owned, 300);
   FieldWriter writer(cloud, folder.path());
+  writer.open();
   EXPECT_EQ(Xml::parse(read_file(folder / "fields.pvd")).all("DataSet").size(), 0u);
   writer.write(1. / 3, {{"temperature [K]", 1, T}}, {});
   const Vtu vtu(folder / "fields/fields_0000.vtu");
@@ -373,6 +374,7 @@ TEST(FilesParallel, AreWrittenRankAfterRank) {
 TEST(FilesParallel, OfRowsAreOnDiskWhenTheyWereAdded) {
   const TemporaryFolder folder(MPI_COMM_WORLD);
   CsvLog log(MPI_COMM_WORLD, folder / "deep/er/log.csv", "a,b");
+  log.open();
   log.row(std::vector<double>{1. / 3, -2e-300});
   const CsvTable table = read_csv(folder / "deep/er/log.csv");
   ASSERT_EQ(table.rows.size(), 1u);
