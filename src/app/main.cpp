@@ -288,9 +288,12 @@ int main(int argc, char** argv) {
   open_standard_files();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
   end_with_launcher();
-  // Alone, without Open MPI's helper process: those of runs that start at once trip over each other's folders, and it
-  // takes as long to start as MPI itself.
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  if (!std::getenv("PMIX_RANK")) {
+    // Alone, without Open MPI's helper process, which takes as long to start as MPI itself, and without its folders for
+    // several processes: runs that start at once trip over each other's.
+    setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+  }
   try {
     return command(argc, argv);
   } catch (const std::bad_alloc&) {
