@@ -13,7 +13,7 @@ _calor() {
     return
   else
     case $verb in
-      run) words="-o -j --units --quiet" ;;
+      run) words="-o -j --units --quiet --restart --time-limit" ;;
       check) words="-j --units" ;;
       verify) words="--json" ;;
       new) words="--from plate rod disc weld coating shock crack" ;;

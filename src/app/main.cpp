@@ -129,8 +129,17 @@ void require_open_files() {
     throw MachineLacks(fmt::format("fewer than {} more files may be open at once: see ulimit -n", needed));
 }
 
+/// A process that nobody has launched needs neither Open MPI's helper process, which takes as long to start as MPI
+/// itself, nor its folders for several processes: runs that start at once trip over each other's.
+void start_alone() {
+  if (std::getenv("PMIX_RANK")) return;
+  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
+  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
+}
+
 /// Runs a verb under MPI and PETSc; PETSc's own handlers would print stacks over our messages.
 int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
+  start_alone();
   is_starting = true;
   std::atexit(tell_of_failed_start);
   int no_arguments = 1;  // all words on the command line are calor's own; PETSc reads PETSC_OPTIONS
@@ -288,12 +297,6 @@ int main(int argc, char** argv) {
   open_standard_files();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
   end_with_launcher();
-  if (!std::getenv("PMIX_RANK")) {
-    // Alone, without Open MPI's helper process, which takes as long to start as MPI itself, and without its folders for
-    // several processes: runs that start at once trip over each other's.
-    setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-    setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
-  }
   try {
     return command(argc, argv);
   } catch (const std::bad_alloc&) {
