@@ -12,6 +12,7 @@
 #include "base/error.hpp"
 #include "base/fold.hpp"
 #include "case/case.hpp"
+#include "material/library.hpp"
 
 namespace calor {
 namespace {
@@ -197,6 +198,22 @@ std::string lower(std::string text) {
   return text;
 }
 
+/// The library of materials, in Markdown.
+std::string material_table() {
+  std::string text =
+      "\nThe library holds these; a case takes one by `library = \"NAME\"` in `[material.*]`, or by its name alone. "
+      "Each figure "
+      "has its source; T in K, t in degC.\n\n| material | conductivity, density, specific heat |\n|---|---|\n";
+  for (const LibraryMaterial& m : material_library()) {
+    const auto value = [](const char* name, const LibraryValue& v) {
+      return fmt::format("{} {}{}{} ({})", name, v.value, v.unit.empty() ? "" : " ", v.unit, v.source);
+    };
+    text += fmt::format("| {} | {}; {}; {}; good for {:g} to {:g} K |\n", m.name, value("k", m.conductivity),
+                        value("rho", m.density), value("c", m.specific_heat), m.low, m.high);
+  }
+  return text;
+}
+
 /// A chapter of the manual that is no list of keys.
 struct Chapter {
   std::string title, text;
@@ -211,6 +228,7 @@ std::vector<Chapter> chapters() {
       all.push_back({title, text.substr(begin, end - begin)});
     at = end;
   }
+  all.push_back({"Materials", material_table()});
   return all;
 }
 
@@ -235,11 +253,11 @@ class Page {
       out_ += line + "\n";
   }
   /// A name, what goes with it, and below it a sentence.
-  void entry(const std::string& name, const std::string& what, const std::string& sentence) {
+  void entry(const std::string& name, const std::string& what, const std::string& sentence = "") {
     std::vector<std::string> lines = folded(without_backticks(what), "  " + name + (what.empty() ? "" : "  "), 6);
     if (in_colour_) lines[0].replace(2, name.size(), fmt::format(fmt::fg(fmt::terminal_color::cyan), "{}", name));
     for (const std::string& line : lines) out_ += line + "\n";
-    paragraph(sentence, 6);
+    if (!sentence.empty()) paragraph(sentence, 6);
   }
   const std::string& text() const { return out_; }
 
@@ -275,10 +293,12 @@ void show(Page& page, const Chapter& chapter) {
     is_first = false;
   };
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("|--") || line.starts_with("| form")) continue;
+    if (line.starts_with("|--") || line.starts_with("| form") || line.starts_with("| material |")) continue;
     if (const auto bar = line.find(" | "); line.starts_with("| ") && bar != line.npos) {
       end_paragraph();
-      page.entry(line.substr(2, bar - 2), "", line.substr(bar + 3, line.size() - bar - 5));
+      page.entry(line.substr(2, bar - 2), "");
+      std::istringstream parts(line.substr(bar + 3, line.size() - bar - 5));
+      for (std::string part; std::getline(parts, part, ';');) page.paragraph(part, 6);
     } else if (line.empty()) {
       end_paragraph();
     } else {
@@ -302,7 +322,7 @@ void show(Page& page, const Chapter& chapter) {
 std::string manual(const Schema& schema) {
   std::string out = introduction;
   for (const Section* section : in_order(schema)) out += describe(*section, section->keys);
-  return out;
+  return out + "\n## Materials\n" + material_table();
 }
 
 std::string manual_on(const Schema& schema, const std::string& word, bool in_colour) {

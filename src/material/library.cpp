@@ -23,7 +23,22 @@ Function tabulated(double (*law)(double)) {
   return Function::of_temperature(Curve::through(std::move(T), std::move(value), Interpolation::linear));
 }
 
+Function interpolated(const std::vector<std::pair<double, double>>& rows) {
+  std::vector<double> T, value;
+  for (const auto& [t, v] : rows) T.push_back(t + 273.15), value.push_back(v);
+  return Function::of_temperature(Curve::through(std::move(T), std::move(value), Interpolation::linear));
+}
+
+/// Dry concrete of EN 1992-1-2, the lower limit of its conductivity, t in degC.
+double concrete_conductivity(double t) { return 1.36 - 0.136 * (t / 100) + 0.0057 * (t / 100) * (t / 100); }
+double concrete_specific_heat(double t) {
+  if (t <= 100) return 900;
+  if (t <= 200) return 900 + (t - 100);
+  return t <= 400 ? 1000 + (t - 200) / 2 : 1100;
+}
+
 Function to_function(const LibraryValue& v, const std::string& si) {
+  if (!v.table.empty()) return interpolated(v.table);
   if (v.law) return tabulated(v.law);
   if (!v.unit.empty()) return Function::formula(v.value, {.value = v.unit, .si = si});
   return Function::constant(read_number(Value::of_text(v.value, {}), {"value", Kind::quantity, si, required, ""}));
@@ -42,7 +57,91 @@ const std::vector<LibraryMaterial>& material_library() {
   static const std::string a1 = incropera + "table A.1, 300 K", a4 = incropera + "table A.4, 300 K, 1 atm",
                            a6 = incropera + "table A.6, saturated liquid, 300 K";
   static const std::string en = "EN 1993-1-2:2005, clause ";
+  static const std::string special_metals = "Special Metals, Inconel alloy 625 (SMC-063)",
+                           snead = "Snead et al., J. Nucl. Mater. 371 (2007) 329, high-purity beta SiC, dense",
+                           kim = "Kim, ANL-75-55 (1975), type 316", fink = "Fink, J. Nucl. Mater. 279 (2000) 1";
+  static const std::string en2 = "EN 1992-1-2:2004, clause ";
   static const std::vector<LibraryMaterial> all = {
+      {"Inconel 625",
+       {"table from 21 to 982 degC: 9.8 to 25.2",
+        "W/(m K)",
+        special_metals,
+        nullptr,
+        {{21, 9.8},
+         {38, 10.1},
+         {93, 10.8},
+         {204, 12.5},
+         {316, 14.1},
+         {427, 15.7},
+         {538, 17.5},
+         {649, 19.0},
+         {760, 20.8},
+         {871, 22.8},
+         {982, 25.2}}},
+       {"8440 kg/m^3", "", special_metals},
+       {"table from 21 to 982 degC: 410 to 645",
+        "J/(kg K)",
+        special_metals,
+        nullptr,
+        {{21, 410},
+         {93, 427},
+         {204, 456},
+         {316, 481},
+         {427, 511},
+         {538, 536},
+         {649, 565},
+         {760, 590},
+         {871, 620},
+         {982, 645}}},
+       294,
+       1255},
+      {"stainless steel 316L",
+       {"9.248 + 0.01571*T", "W/(m K)", kim},
+       {"7954 kg/m^3", "", kim + ", 300 K"},
+       {"459 + 0.1328*T", "J/(kg K)", kim},
+       300,
+       1600},
+      {"aluminium 6061-T6",
+       {"167 W/(m K)", "", "ASM Handbook 2 (1990), room temperature"},
+       {"2700 kg/m^3", "", "ASM Handbook 2 (1990), room temperature"},
+       {"896 J/(kg K)", "", "ASM Handbook 2 (1990), room temperature"},
+       250,
+       400},
+      {"silicon carbide",
+       {"1/(-0.0003 + 1.05e-5*T)", "W/(m K)", "Snead et al., J. Nucl. Mater. 371 (2007) 329, single crystal"},
+       {"3210 kg/m^3", "", snead},
+       {"925.65 + 0.3772*T - 7.9259e-5*T^2 - 3.1946e7/T^2", "J/(kg K)", snead},
+       300,
+       1800},
+      {"uranium dioxide",
+       {"100/(7.5408 + 17.692*(T/1000) + 3.6142*(T/1000)^2) + 6400/(T/1000)^2.5*exp(-16350/T)", "W/(m K)",
+        fink + ", of 95 % of the theoretical density"},
+       {"10410 kg/m^3", "", fink + ", 95 % of 10963 kg/m^3"},
+       {"(52.1743 + 87.951*(T/1000) - 84.2411*(T/1000)^2 + 31.542*(T/1000)^3 - 2.6334*(T/1000)^4 - "
+        "0.71391/(T/1000)^2)/0.27003",
+        "J/(kg K)", fink},
+       298,
+       3120},
+      {"concrete EN 1992-1-2",
+       {"1.36 - 0.136 (t/100) + 0.0057 (t/100)^2, t in degC", "W/(m K)", en2 + "3.3.3, lower limit",
+        concrete_conductivity},
+       {"2300 kg/m^3", "", "EN 1994-1-2:2005, clause 3.4, normal weight"},
+       {"900 to 100 degC, rising to 1000 at 200 and to 1100 at 400 degC", "J/(kg K)", en2 + "3.3.2, dry",
+        concrete_specific_heat},
+       293,
+       1473},
+      {"gypsum plasterboard",
+       {"0.21 W/(m K)", "", "EN ISO 10456:2007, table 3"},
+       {"700 kg/m^3", "", "EN ISO 10456:2007, table 3"},
+       {"1000 J/(kg K)", "", "EN ISO 10456:2007, table 3"},
+       273,
+       320},
+      {"ice",
+       {"1.88 W/(m K)", "", incropera + "table A.3, 273 K"},
+       {"920 kg/m^3", "", incropera + "table A.3, 273 K"},
+       {"2040 J/(kg K)", "", incropera + "table A.3, 273 K"},
+       253,
+       273},
       {"alumina",
        {"5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", "W/(m K)",
         "Munro, J. Am. Ceram. Soc. 80 (1997) 1919: 5.85 + 15360 exp(-0.002 t)/(t + 516), t in degC, to 1300 degC"},

@@ -1,6 +1,7 @@
 #pragma once
 // The built-in materials. Every value carries its source.
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "material/simple.hpp"
@@ -13,7 +14,8 @@ struct LibraryValue {
       value;         ///< as it would be written in a case, e.g. "7900 kg/m^3" or a formula in T (K); or what the law is
   std::string unit;  ///< of a formula or law; empty where `value` has one
   std::string source;
-  double (*law)(double) = nullptr;  ///< of the temperature in degC, in SI units
+  double (*law)(double) = nullptr;                    ///< of the temperature in degC, in SI units
+  std::vector<std::pair<double, double>> table = {};  ///< temperature in degC, value in SI units
 };
 
 struct LibraryMaterial {

@@ -53,6 +53,24 @@ TEST(MaterialLibrary, GivesAluminaTheConductivityThatWasMeasured) {
   EXPECT_NEAR(k({}, 0, 1273.15), 7.2, 0.3);
 }
 
+TEST(MaterialLibrary, GivesTheValuesOfItsSourcesAtSingleTemperatures) {
+  struct Figure {
+    const char* name;
+    double T, k, c;
+  };
+  // Worked out by hand from the formulas, or rows of the tables.
+  for (const auto& [name, T, k, c] : {Figure{"stainless steel 316L", 1000, 24.958, 591.8},
+                                      {"Inconel 625", 477.15, 12.5, 456},
+                                      {"silicon carbide", 1000, 98.0392, 1191.6451},
+                                      {"uranium dioxide", 1000, 3.467073, 311.3687},
+                                      {"concrete EN 1992-1-2", 573.15, 1.0033, 1050}}) {
+    SCOPED_TRACE(name);
+    const SimpleProperties p = find_in_library(name)->properties();
+    EXPECT_NEAR(p.conductivity({}, 0, T), k, 1e-4 * k);
+    EXPECT_NEAR((*p.specific_heat)({}, 0, T), c, 1e-4 * c);
+  }
+}
+
 // ---- cases ----------------------------------------------------------------------------------------------------------
 
 /// A lattice of 5 x 3 points in 4 m x 2 m.
