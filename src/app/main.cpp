@@ -129,8 +129,8 @@ void require_open_files() {
     throw MachineLacks(fmt::format("fewer than {} more files may be open at once: see ulimit -n", needed));
 }
 
-/// A process that nobody has launched needs neither Open MPI's helper process, which takes as long to start as MPI
-/// itself, nor its folders for several processes: runs that start at once trip over each other's.
+/// A process that nobody has launched needs neither Open MPI's helper process, which takes time to start, nor its
+/// folders for several processes: runs that start at once trip over each other's.
 void start_alone() {
   if (std::getenv("PMIX_RANK")) return;
   setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
