@@ -129,7 +129,8 @@ class AreaShares {
     std::pair<double, int> best{1e300, -1}, of_patch = best;
     for (double reach = 1; best.second < 0; reach *= 2)
       points_.grid.for_each_within(s.x, 2 * reach, [&](int j, double square) {
-        if (j >= points_.on_surface()) return;
+        const auto is_on_wall = [&](const BodyPoints::OnPatch& on) { return body_.is_wall(on.patch); };
+        if (j >= points_.on_surface() || std::ranges::none_of(points_.on[j], is_on_wall)) return;
         best = std::min(best, {square, j});
         if (is_on_patch(j)) of_patch = std::min(of_patch, {square, j});
       });

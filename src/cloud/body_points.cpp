@@ -24,7 +24,7 @@ class Placer {
  public:
   Placer(const Body& body, const SpacingField& spacing, std::uint64_t seed, const Vec3& low)
       : body_(body),
-        surface_(body.surface()),
+        surface_(body.facets()),
         features_(body.features()),
         spacing_(spacing),
         seed_(seed),
@@ -43,10 +43,10 @@ class Placer {
   void place_nodes(const std::vector<Box>& boxes) {
     if (!spacing_.is_uniform || surface_.dimension == 2) return;
     for (const Box& box : boxes) {
-      if (!box.is_cut) continue;
+      if (!box.is_cut && !body_.has_interfaces()) continue;
       for (int corner = 0; corner < 8; ++corner) {
         const Vec3 x = box.low + box.size * Vec3{double(corner & 1), double(corner >> 1 & 1), double(corner >> 2)};
-        if (const auto near = body_.tree().closest(x, 1e-6 * box.size)) add_to_patch(x, near->facet, 0.7);
+        if (const auto near = body_.facet_tree().closest(x, 1e-6 * box.size)) add_to_patch(x, near->facet, 0.7);
       }
     }
   }
@@ -60,10 +60,9 @@ class Placer {
 
   /// Nodes of the lattice inside the body, off the surface.
   void fill_with_lattice(const std::vector<Box>& boxes) {
-    const SurfaceTree& tree = body_.tree();
     for (const Box& box : boxes) {
       const Vec3& x = box.low;
-      if (tree.closest(x, margin * box.size) || (box.is_cut && !tree.is_inside(x))) continue;
+      if (body_.facet_tree().closest(x, margin * box.size) || (box.is_cut && !body_.tree().is_inside(x))) continue;
       add_inside(x, box.size, margin, true);
     }
   }
@@ -78,7 +77,7 @@ class Placer {
         const Vec3 random = hashed_uniform(seed_ + 1, counter++);
         for (int a = 0; a < D; ++a) x[a] += box.size * random[a];
         const double d = spacing_.at(x);
-        if (body_.tree().closest(x, margin * d) || (box.is_cut && !body_.tree().is_inside(x))) continue;
+        if (body_.facet_tree().closest(x, margin * d) || (box.is_cut && !body_.tree().is_inside(x))) continue;
         add_inside(x, d, apart, false);
       }
     }
@@ -91,7 +90,7 @@ class Placer {
     constexpr double beside_walls = 2;  // in spacings
     std::vector<char> moves(out_.grid.count(), 0);
     for (int i = out_.on_surface(); i < out_.grid.count(); ++i)
-      moves[i] = !out_.is_lattice[i] || body_.tree().closest(out_.grid.x(i), beside_walls * out_.grid.spacing(i));
+      moves[i] = !out_.is_lattice[i] || body_.facet_tree().closest(out_.grid.x(i), beside_walls * out_.grid.spacing(i));
     for (int sweep = 0; sweep < sweeps; ++sweep) {
       PointGrid moved(low_);
       for (int i = 0; i < out_.grid.count(); ++i) {
@@ -141,7 +140,7 @@ class Placer {
     });
     if (norm(push) == 0) return x;
     const Vec3 to = x + (d * std::min(step, farthest / norm(push))) * push;
-    return body_.tree().closest(to, margin * d) ? x : to;
+    return body_.facet_tree().closest(to, margin * d) ? x : to;
   }
 
   int add(const Vec3& x, double spacing) {

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -15,77 +16,100 @@
 #include "surface/part_keys.hpp"
 #include "surface/polygon.hpp"
 #include "surface/solid_shapes.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 namespace {
-
-/// Adds the facets of a part to the body; its faces are called as they are, or "PART.FACE" where the part has a name.
-void append(const Surface& part, const std::string& name, Surface& body) {
-  const int first = static_cast<int>(body.vertices.size());
-  body.vertices.insert(body.vertices.end(), part.vertices.begin(), part.vertices.end());
-  std::vector<int> face;
-  for (const std::string& f : part.faces) {
-    const std::string full = name.empty() ? f : name + "." + f;
-    const auto found = std::ranges::find(body.faces, full);
-    face.push_back(static_cast<int>(found - body.faces.begin()));
-    if (found == body.faces.end()) body.faces.push_back(full);
-  }
-  for (Surface::Triangle facet : part.facets) {
-    for (int n = 0; n < part.dimension; ++n) facet.vertex[n] += first;
-    facet.face = face[facet.face];
-    body.facets.push_back(facet);
-  }
-}
 
 /// How long facets on curved faces may be, in spacings: they stay within 1.5 thousandths of a spacing of faces that
 /// curve with a radius of ten spacings.
 constexpr double chord = 0.35;
 
-/// Refuses parts that touch or overlap, as far as corners of one tell: they would be counted twice.
-void refuse_overlaps(const std::vector<Table>& tables, const std::vector<Surface>& parts) {
-  constexpr double touching = 1e-9, inside = 0.6;  // of the size of a part; winding number
-  constexpr std::size_t most = 2000;               // corners that are looked at
-  for (std::size_t q = 0; q < parts.size(); ++q) {
-    const SurfaceTree tree(parts[q]);
-    const Bounds box = bounds_of(parts[q].vertices);
-    const double size = norm(box.high - box.low);
-    for (std::size_t p = 0; p < parts.size(); ++p) {
-      const auto& corners = parts[p].vertices;
-      for (std::size_t n = 0; p != q && n < corners.size(); n += 1 + corners.size() / most) {
-        const Vec3& x = corners[n];
-        bool is_near = true;
-        for (int a = 0; a < parts[q].dimension; ++a)
-          is_near = is_near && x[a] > box.low[a] - touching * size && x[a] < box.high[a] + touching * size;
-        if (!is_near || (!tree.closest(x, touching * size) && tree.winding_number(x) < inside)) continue;
-        tables[std::max(p, q)].refuse("",
-                                      fmt::format("parts {} and {} touch or overlap at ({:.6g}, {:.6g}, {:.6g}) m",
-                                                  std::min(p, q) + 1, std::max(p, q) + 1, x.x, x.y, x.z),
-                                      "leave a gap between them, or describe what hangs together by one surface");
-      }
-    }
+/// The parts of a body: no two have a place in common.
+struct PartsOfBody {
+  std::vector<Surface> solids;
+  std::vector<std::string> names;  ///< of every one, "" without
+  std::vector<Table> tables;
+};
+
+/// Takes the space of a new part from those before it, or leaves them what they share with it.
+void combine(PartsOfBody& parts, const Surface& part, const std::string& how, const Table& table) {
+  if (how != "part" && parts.solids.empty())
+    table.refuse("combine", "there is no part before this one", "begin with the part that it cuts");
+  for (std::size_t n = 0; n < parts.solids.size(); ++n) {
+    parts.solids[n] = how == "common" ? intersection(parts.solids[n], part) : difference(parts.solids[n], part);
+    if (parts.solids[n].facets.empty())
+      table.refuse(table.has("combine") ? "combine" : "", fmt::format("nothing is left of part {}", n + 1),
+                   how == "common" ? "let them overlap" : "make this part smaller, or leave that one out");
   }
 }
 
-Surface read_surface(const Table& cloud, double least_spacing) {
-  const std::vector<Table> parts = cloud.list("part");
-  if (parts.empty())
+PartsOfBody read_parts(const Table& cloud, double least_spacing) {
+  const std::vector<Table> tables = cloud.list("part");
+  if (tables.empty())
     cloud.refuse("", "shape = \"surface\" needs to know the body", "add [[cloud.part]] with a file or a shape");
-  Surface body;
-  std::vector<Surface> surfaces;
-  for (const Table& table : parts) {
-    const Surface& part =
-        surfaces.emplace_back(place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table));
-    if (body.facets.empty()) body.dimension = part.dimension;
-    if (part.dimension != body.dimension)
-      table.refuse("shape", fmt::format("a part of {} dimensions in a body of {}", part.dimension, body.dimension),
+  PartsOfBody parts;
+  for (const Table& table : tables) {
+    Surface part = place(solid_shapes().chosen(table, "shape").make(table, chord * least_spacing), table);
+    if (!parts.solids.empty() && part.dimension != parts.solids[0].dimension)
+      table.refuse("shape",
+                   fmt::format("a part of {} dimensions in a body of {}", part.dimension, parts.solids[0].dimension),
                    "give all parts the same");
-    append(part, table.has("name") ? table.text("name") : "", body);
+    const std::string name = table.has("name") ? table.text("name") : "", how = table.text("combine");
+    for (std::string& face : part.faces) face = name.empty() ? face : name + "." + face;
+    combine(parts, part, how, table);
+    if (how != "part") continue;
+    parts.solids.push_back(std::move(part));
+    parts.names.push_back(name);
+    parts.tables.push_back(table);
   }
-  if (parts.size() > 1) refuse_overlaps(parts, surfaces);
-  if (body.faces.size() > 32)
-    cloud.refuse("part", fmt::format("the body has {} faces, more than 32", body.faces.size()),
+  return parts;
+}
+
+/// The body that the parts make together.
+Assembly assemble(const Table& cloud, const PartsOfBody& parts) {
+  Assembly body = assemble(parts.solids);
+  if (parts.solids.size() > 1) {
+    Surface walls = body.surface;
+    walls.facets.resize(body.walls);
+    try {
+      require_closed(walls, {});
+    } catch (const Error& e) {
+      parts.tables.back().refuse("", "the parts do not make one body: " + e.problem(),
+                                 "parts may touch by their faces or overlap, but not in an edge or corner alone");
+    }
+  }
+  if (body.surface.faces.size() > 32)
+    cloud.refuse("part", fmt::format("the body has {} faces, more than 32", body.surface.faces.size()),
                  "give several the same name");
   return body;
+}
+
+/// Says where parts nearly touch: a gap that facets on curved faces, or a rounded length, leave.
+std::vector<std::string> note_on_gaps(const PartsOfBody& parts, double spacing) {
+  constexpr double narrow = 0.05;  // of the spacing
+  std::vector<std::string> notes;
+  for (std::size_t q = 0; q < parts.solids.size() && parts.solids.size() > 1; ++q) {
+    const SurfaceTree tree(parts.solids[q]);
+    const Bounds box = bounds_of(parts.solids[q].vertices);
+    for (std::size_t p = 0; p < parts.solids.size(); ++p) {
+      if (p == q) continue;
+      for (const Vec3& x : parts.solids[p].vertices) {
+        bool is_near = true;
+        for (int a = 0; a < parts.solids[q].dimension; ++a)
+          is_near = is_near && x[a] > box.low[a] - narrow * spacing && x[a] < box.high[a] + narrow * spacing;
+        if (!is_near) continue;
+        const auto near = tree.closest(x, narrow * spacing);
+        if (!near || near->distance < 1e-3 * narrow * spacing) continue;
+        notes.push_back(
+            fmt::format("parts {} and {} are {:.3g} m apart at ({:.6g}, {:.6g}, {:.6g}) m, where no heat crosses: let "
+                        "one of them reach into the other if they are to touch",
+                        std::min(p, q) + 1, std::max(p, q) + 1, near->distance, x.x, x.y, x.z));
+        return notes;
+      }
+    }
+  }
+  return notes;
 }
 
 /// A finer spacing on a face or at a place, which grows away from it.
@@ -165,9 +189,11 @@ SpacingField spacing_field(const Table& cloud, const Surface& body) {
 }
 
 /// Refuses spacings that do not fit the body, before points are made.
-void refuse_misfits(MPI_Comm comm, const Surface& surface, double spacing) {
-  const Bounds bounds = bounds_of(surface.vertices);
-  const double volume = std::abs(enclosed_volume(surface));
+void refuse_misfits(MPI_Comm comm, const Assembly& body, double spacing) {
+  Surface walls = body.surface;
+  walls.facets.resize(body.walls);
+  const Bounds bounds = bounds_of(walls.vertices);
+  const double volume = std::abs(enclosed_volume(walls));
   if (!(volume > 0))
     throw Error(Fault::bad_case, "the surface encloses no volume", "give it facets on all sides of the body");
   const double size = norm(bounds.high - bounds.low);
@@ -175,16 +201,35 @@ void refuse_misfits(MPI_Comm comm, const Surface& surface, double spacing) {
     throw Error(Fault::bad_case,
                 fmt::format("a spacing of {:.6g} m is too large for a body that is {:.6g} m long", spacing, size),
                 "take a smaller one");
-  refuse_too_many(comm, volume / std::pow(spacing, surface.dimension));
+  refuse_too_many(comm, volume / std::pow(spacing, walls.dimension));
+}
+
+/// Every point gets the tag of its part.
+void add_tags(PartsOfBody parts, Points& out) {
+  out.tags.clear();
+  std::vector<int> tags;
+  for (const std::string& name : parts.names) {
+    const auto found = std::ranges::find(out.tags, name);
+    tags.push_back(static_cast<int>(found - out.tags.begin()));
+    if (found == out.tags.end()) out.tags.push_back(name);
+  }
+  out.solids = std::make_shared<const Solids>(std::move(parts.solids), std::move(tags));
+  for (Point& p : out.points)
+    p.tag = std::max(0, out.solids->tag_at(out.body->moved_inside(p.x, Body::skin * p.spacing)));
 }
 
 Points body_from(MPI_Comm comm, const Table& cloud) {
   const double least = least_spacing(cloud);
-  Surface surface = read_surface(cloud, least);
-  const double section = section_of(cloud, surface.dimension);
-  located(cloud.location("spacing"), [&] { refuse_misfits(comm, surface, least); });
-  const SpacingField spacing = spacing_field(cloud, surface);
-  return make_body(comm, std::move(surface), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
+  PartsOfBody parts = read_parts(cloud, least);
+  const double section = section_of(cloud, parts.solids[0].dimension);
+  Assembly body = assemble(cloud, parts);
+  located(cloud.location("spacing"), [&] { refuse_misfits(comm, body, least); });
+  const SpacingField spacing = spacing_field(cloud, body.surface);
+  std::vector<std::string> notes = note_on_gaps(parts, least);
+  Points out = make_body(comm, std::move(body), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
+  std::ranges::move(notes, std::back_inserter(out.notes));
+  add_tags(std::move(parts), out);
+  return out;
 }
 
 /// Refuses a point that has nothing of the body.
@@ -205,7 +250,7 @@ std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& 
   int count = 0;
   Vec3 place;
   for (int i = 0; i < points.on_surface(); ++i) {
-    if (points.on[i].size() != 1) continue;
+    if (points.on[i].size() != 1 || !body.is_wall(points.on[i][0].patch)) continue;
     const Vec3& x = points.grid.x(i);
     const double d = points.grid.spacing(i);
     if (body.sees(body.moved_inside(x, Body::skin * d), x - thin * d * points.on[i][0].normal)) continue;
@@ -220,9 +265,9 @@ std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& 
 
 }  // namespace
 
-Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, std::uint64_t seed, double section) {
-  const int D = surface.dimension;
-  const auto body = std::make_shared<const Body>(std::move(surface));
+Points make_body(MPI_Comm comm, Assembly assembly, const SpacingField& spacing, std::uint64_t seed, double section) {
+  const int D = assembly.surface.dimension;
+  const auto body = std::make_shared<const Body>(std::move(assembly));
   // All ranks make the same points and keep a part of them.
   const std::vector<Box> boxes = cover(*body, spacing);
   const BodyPoints points = make_points(*body, spacing, boxes, seed);
@@ -239,7 +284,7 @@ Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, st
   out.body = body;
   out.notes = note_on_thin_walls(*body, points);
   std::vector<int> face(body->features().count);
-  for (std::size_t f = 0; f < body->features().patch.size(); ++f)
+  for (std::size_t f = 0; f < body->surface().facets.size(); ++f)
     face[body->features().patch[f]] = body->surface().facets[f].face;
   const Slice mine = slice(comm, points.grid.count());
   auto share = std::ranges::lower_bound(shares, mine.begin, {}, &PatchShare::point);
@@ -271,8 +316,17 @@ CloudShape surface_shape() {
 
 void declare_surface(Schema& schema) {
   std::vector<Key> keys = placing_keys();
-  keys.insert(keys.begin(), {{"shape", Kind::choice, "", "file", "What it is.", solid_shapes().names()},
-                             {"name", Kind::text, "", optional, "Comes before the names of its faces: NAME.FACE."}});
+  keys.insert(keys.begin(),
+              {{"shape", Kind::choice, "", "file", "What it is.", solid_shapes().names()},
+               {"name", Kind::text, "", optional,
+                "Comes before the names of its faces, NAME.FACE, and is the tag of what it holds."},
+               {"combine",
+                Kind::choice,
+                "",
+                "part",
+                "What it does to the parts before it. part: takes its space from them, and touches them there. cut: "
+                "leaves a hole in them. common: leaves of them what they share with it.",
+                {"part", "cut", "common"}}});
   schema.add({.path = "cloud.part[]", .sentence = "A part of a body of shape = \"surface\".", .keys = keys});
   for (const SolidShape& shape : solid_shapes())
     schema.add({.path = "cloud.part[]",

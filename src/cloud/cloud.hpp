@@ -20,6 +20,7 @@ namespace calor {
 class Lattice;
 class RingLattice;
 class Body;
+class Solids;
 
 /// Copies values of owned points to the ghosts on other ranks (PetscSF).
 class Halo {
@@ -99,6 +100,7 @@ struct Cloud {
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
   std::shared_ptr<const RingLattice> rings;  ///< of points that are those of concentric rings, by their id; or null
   std::shared_ptr<const Body> body;          ///< the surface that the points were made for; null: not known
+  std::shared_ptr<const Solids> solids;      ///< where every tag begins and ends; null: the points alone know
   bool box_lattice = false;                  ///< unjittered box lattice with equal spacing along every axis
   bool isotropic = true;                     ///< the metric of every point has one value
   bool nearest_volumes =

@@ -211,6 +211,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.rings = std::move(points.rings);
   cloud.walls = std::move(points.walls);
   cloud.body = std::move(points.body);
+  cloud.solids = std::move(points.solids);
   cloud.box_lattice = points.box_lattice;
   cloud.nearest_volumes = points.nearest_volumes;
   cloud.points_on_walls = points.points_on_walls;

@@ -45,10 +45,11 @@ struct Points {
   std::vector<Point> points;
   std::vector<SurfacePiece> facets;  ///< of points[0], then of points[1], ...
   std::vector<std::string> faces, tags = {""};
-  std::shared_ptr<const Lattice> lattice;      ///< see Cloud
-  std::shared_ptr<const RingLattice> rings;    ///< see Cloud
-  std::vector<double> walls;                   ///< of a box, see Cloud
-  std::shared_ptr<const Body> body = nullptr;  ///< see Cloud
+  std::shared_ptr<const Lattice> lattice;          ///< see Cloud
+  std::shared_ptr<const RingLattice> rings;        ///< see Cloud
+  std::vector<double> walls;                       ///< of a box, see Cloud
+  std::shared_ptr<const Body> body = nullptr;      ///< see Cloud
+  std::shared_ptr<const Solids> solids = nullptr;  ///< see Cloud
   /// Of jittered points on walls: whose volumes may be made exact for linear functions, too.
   std::shared_ptr<const Lattice> jittered = nullptr;
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;

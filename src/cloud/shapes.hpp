@@ -63,7 +63,7 @@ struct Rows {
 Points make_rows(MPI_Comm comm, const Rows& rows);
 
 /// A body of any shape by its closed surface. Collective.
-Points make_body(MPI_Comm comm, Surface surface, const SpacingField& spacing, std::uint64_t seed, double section);
+Points make_body(MPI_Comm comm, Assembly assembly, const SpacingField& spacing, std::uint64_t seed, double section);
 
 /// A cloud in a CSV file; see csv.cpp for its columns. Every rank reads a part. `section` gives the thickness or
 /// cross-section for the dimension that the file turns out to have; `named` is where the case names the file.

@@ -10,6 +10,8 @@
 #include "base/parallel.hpp"
 #include "cloud/cell_integrals.hpp"
 #include "cloud/lattice.hpp"
+#include "surface/body.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 namespace {
@@ -143,11 +145,19 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
     const auto layer = std::ranges::lower_bound(layers_.top, s) - layers_.top.begin();
     part[i] = static_cast<int>(std::min<std::ptrdiff_t>(layer, std::ssize(layers_.top) - 1));
   }
+  std::vector<int> of_solids;
+  if (cloud_.solids && std::ranges::any_of(regions_, [](const Region& r) { return !r.where; })) {
+    of_solids.resize(x.size());
+    cloud_.solids->tags_at(x, of_solids);
+    for (std::size_t i = 0; i < x.size(); ++i)
+      if (of_solids[i] < 0) of_solids[i] = tag[i];
+  }
+  const std::span<const int> tags = of_solids.empty() ? tag : of_solids;
   std::vector<double> in(x.size());
   for (const Region& region : regions_) {
     if (region.where) region.where->evaluate({.x = x}, in);
     for (std::size_t i = 0; i < x.size(); ++i)
-      if (region.where ? in[i] != 0 : tag[i] == region.tag) part[i] = region.part;
+      if (region.where ? in[i] != 0 : tags[i] == region.tag) part[i] = region.part;
   }
 }
 
@@ -164,6 +174,7 @@ std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) co
 }
 
 bool Parts::is_inside(const Vec3& x) const {
+  if (cloud_.body) return cloud_.body->tree().is_inside(x);
   for (std::size_t f = 0; f < cloud_.walls.size(); ++f) {
     const double off = x[static_cast<int>(f / 2)] - cloud_.walls[f];
     if (f % 2 == 0 ? off < 0 : off > 0) return false;
@@ -226,9 +237,9 @@ std::vector<std::vector<double>> Parts::shares_of_cells() const {
       find(x, std::vector<int>(x.size(), -1), part);
       for (std::size_t n = 0; n < x.size(); ++n) out[n] = part[n] == p;
     }}));
-  // Regions by tag take whole cells.
+  // Regions by tag take whole cells where the points alone know of them.
   for (const Region& region : regions_)
-    for (int i = 0; i < cloud_.owned && !region.where; ++i)
+    for (int i = 0; i < cloud_.owned && !region.where && !cloud_.solids; ++i)
       for (int p = 0; p < count() && cloud_.tag[i] == region.tag; ++p) share[p][i] = p == region.part;
   return share;
 }
@@ -282,7 +293,8 @@ void declare_parts(Schema& schema) {
                         "touch."}}});
   auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
   keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
-  keys.push_back({"tag", Kind::text, "", optional, "Tag of the points of the region."});
+  keys.push_back({"tag", Kind::text, "", optional,
+                  "Tag of the points of the region; on a body of shape = \"surface\" the name of a part."});
   keys.push_back({"contact", Kind::function, "W/(m^2 K)", optional,
                   "Conductance of the contact with what is around it, of place and temperature; absent: they touch."});
   schema.add({.path = "body.region[]",

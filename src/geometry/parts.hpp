@@ -88,7 +88,7 @@ class Parts {
   void read_region(const Case& c, const Table& table);
   int add(const Table& table);
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
-  bool is_inside(const Vec3& x) const;                                                      // of a box; true elsewhere
+  bool is_inside(const Vec3& x) const;  // true where the walls are not known
   std::vector<double> samples(const Segment& segment) const;
   // Of every part, in the cells of the owned points.
   std::vector<std::vector<double>> shares_of_lattice_cells() const;

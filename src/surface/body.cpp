@@ -1,10 +1,29 @@
 #include "surface/body.hpp"
 
+#include <algorithm>
 #include <utility>
 
 namespace calor {
 
-Body::Body(Surface surface) : surface_(std::move(surface)), tree_(surface_), features_(features_of(surface_)) {}
+namespace {
+
+Surface first_facets(Surface surface, int count) {
+  surface.facets.resize(count);
+  return surface;
+}
+
+}  // namespace
+
+Body::Body(Surface surface) : Body(Assembly{surface, static_cast<int>(surface.facets.size())}) {}
+
+Body::Body(Assembly assembly)
+    : facets_(std::move(assembly.surface)),
+      surface_(first_facets(facets_, assembly.walls)),
+      facet_tree_(facets_),
+      tree_(surface_),
+      features_(features_of(facets_)) {
+  for (int f = 0; f < assembly.walls; ++f) wall_patches_ = std::max(wall_patches_, features_.patch[f] + 1);
+}
 
 Vec3 Body::moved_inside(const Vec3& x, double depth) const {
   // Away from one wall, then from those that meet it in an edge or corner, again and again where these are sharp.

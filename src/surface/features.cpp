@@ -26,7 +26,7 @@ void number_patches(const Surface& surface, Features& out) {
 /// A step of a line: an edge that is not smooth, or a segment in the plane.
 struct Step {
   int a, b;
-  std::vector<int> facets;
+  std::vector<int> facets = {};
 };
 
 std::vector<Step> steps_of(const Surface& surface, const Features& features) {
@@ -38,9 +38,11 @@ std::vector<Step> steps_of(const Surface& surface, const Features& features) {
   }
   for_each_edge(sides_by_edge(surface), [&](std::span<const Side> sides) {
     const int f = sides.front().facet, g = sides.back().facet;
-    const bool is_smooth =
-        features.patch[f] == features.patch[g] && dot(features.normal[f], features.normal[g]) > smooth;
-    if (!is_smooth) steps.push_back({sides[0].edge[0], sides[0].edge[1], {f, g}});
+    const bool is_smooth = sides.size() == 2 && features.patch[f] == features.patch[g] &&
+                           dot(features.normal[f], features.normal[g]) > smooth;
+    if (is_smooth) return;
+    Step& step = steps.emplace_back(sides[0].edge[0], sides[0].edge[1]);
+    for (const Side& side : sides) step.facets.push_back(side.facet);
   });
   return steps;
 }

@@ -7,13 +7,13 @@
 
 namespace calor {
 
-/// A patch is what is smooth and of one face: facets that meet at less than 30 degrees. In the plane a patch is a curve
-/// without corners, and is itself a line.
+/// A patch is what is smooth and of one face: facets that meet at less than 30 degrees, no third one between them. In
+/// the plane a patch is a curve without corners, and is itself a line.
 struct Features {
   /// Edges between patches that follow each other, between two corners or around.
   struct Line {
     std::vector<int> vertices;  ///< the first again at the end of a closed one
-    std::vector<int> facets;    ///< on both sides; in the plane the line itself
+    std::vector<int> facets;    ///< on both sides, and interfaces that end there; in the plane the line itself
   };
   struct Corner {
     int vertex;
@@ -27,7 +27,7 @@ struct Features {
   std::vector<Corner> corners;  ///< where lines end
 };
 
-/// Of a closed surface.
+/// Of a closed surface, and of the interfaces in it, whose edges are edges of facets of others as a whole.
 Features features_of(const Surface& surface);
 
 }  // namespace calor

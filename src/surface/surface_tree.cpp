@@ -151,23 +151,25 @@ class SurfaceTree::Impl {
     const Vec3 middle = 0.5 * (a + b), along = 0.5 * (b - a);
     const Vec3 reach{std::abs(along.x), std::abs(along.y), std::abs(along.z)};
     return any_facet([&](const Box& box) { return box.meets(middle, along, reach); },
-                     [&](const Corners& c) {
+                     [&](std::int32_t k) {
+                       const Corners& c = corners_[k];
                        return dimension_ == 2 ? segment_crossed(c[0], c[1], a, b) : triangle_crossed(c, a, b);
                      });
   }
 
   bool touches(const Vec3& low, const Vec3& high) const {
-    const Box asked{0.5 * (low + high), 0.5 * (high - low)};
-    return any_facet([&](const Box& box) { return box.overlaps(asked); },
-                     [&](const Corners& c) {
-                       Extent extent;
-                       for (const Vec3& x : c) extent.add(x);
-                       return box_around(extent).overlaps(asked);
-                     });
+    return any_facet_in(low, high, [](std::int32_t) { return true; });
+  }
+
+  std::vector<int> facets_in(const Vec3& low, const Vec3& high) const {
+    std::vector<int> found;
+    any_facet_in(low, high, [&](std::int32_t k) { return found.push_back(facet_[k]), false; });
+    std::ranges::sort(found);
+    return found;
   }
 
  private:
-  /// Whether a facet is found in the boxes that `enters` lets through.
+  /// Whether a facet (by its place in the leaves) is found in the boxes that `enters` lets through.
   template <class Enters, class Finds>
   bool any_facet(const Enters& enters, const Finds& finds) const {
     const auto count = static_cast<std::int32_t>(nodes_.size());
@@ -178,10 +180,22 @@ class SurfaceTree::Impl {
         continue;
       }
       for (std::int32_t k = node.first; k < node.first + node.count; ++k)
-        if (finds(corners_[k])) return true;
+        if (finds(k)) return true;
       ++n;
     }
     return false;
+  }
+
+  /// The same among the facets whose boxes overlap a box.
+  template <class Finds>
+  bool any_facet_in(const Vec3& low, const Vec3& high, const Finds& finds) const {
+    const Box asked{0.5 * (low + high), 0.5 * (high - low)};
+    return any_facet([&](const Box& box) { return box.overlaps(asked); },
+                     [&](std::int32_t k) {
+                       Extent extent;
+                       for (const Vec3& x : corners_[k]) extent.add(x);
+                       return box_around(extent).overlaps(asked) && finds(k);
+                     });
   }
 
   Box box_around(const Extent& extent) const {
@@ -297,6 +311,7 @@ std::optional<SurfaceTree::Closest> SurfaceTree::closest(const Vec3& x, double b
   return impl_->closest(x, bound);
 }
 bool SurfaceTree::is_crossed(const Vec3& a, const Vec3& b) const { return impl_->is_crossed(a, b); }
+std::vector<int> SurfaceTree::facets_in(const Vec3& low, const Vec3& high) const { return impl_->facets_in(low, high); }
 bool SurfaceTree::touches(const Vec3& low, const Vec3& high) const { return impl_->touches(low, high); }
 
 }  // namespace calor

@@ -2,7 +2,7 @@
 // Questions about places and a closed surface: inside or not, the closest point, is the way blocked.
 #include <memory>
 #include <optional>
-#include <span>
+#include <vector>
 
 #include "base/vec3.hpp"
 #include "surface/surface.hpp"
@@ -10,7 +10,7 @@
 namespace calor {
 
 /// A hierarchy of boxes around the facets (split by the surface area heuristic), in doubles. The surface must outlive
-/// it and stay as it is. All queries are const and allocate nothing.
+/// it and stay as it is. All queries are const; those of places and segments allocate nothing.
 class SurfaceTree {
  public:
   explicit SurfaceTree(const Surface& surface);
@@ -34,6 +34,8 @@ class SurfaceTree {
 
   /// Does the box of any facet overlap this box?
   bool touches(const Vec3& low, const Vec3& high) const;
+  /// The facets whose boxes overlap this box, in ascending order.
+  std::vector<int> facets_in(const Vec3& low, const Vec3& high) const;
 
  private:
   class Impl;

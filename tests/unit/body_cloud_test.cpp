@@ -102,8 +102,9 @@ std::vector<Named> bodies() {
 TEST(BodyCloud, HasClosedAreasAndTheVolumeOfTheBody) {
   for (const Named& body : bodies()) {
     const double volume = enclosed_volume(body.surface);
-    const Cloud cloud = distribute(MPI_COMM_SELF, make_body(MPI_COMM_SELF, body.surface, uniform(body.spacing), 1, 1),
-                                   3 * body.spacing);
+    const Cloud cloud =
+        distribute(MPI_COMM_SELF, make_body(MPI_COMM_SELF, assemble({body.surface}), uniform(body.spacing), 1, 1),
+                   3 * body.spacing);
     const CloudCheck is = check(cloud);
     EXPECT_NEAR(is.volume / volume, 1, 1e-12) << body.name;
     EXPECT_LE(is.area_sum, 1e-14) << body.name;
@@ -124,8 +125,9 @@ TEST(BodyCloud, HasClosedAreasAndTheVolumeOfTheBody) {
 
 TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
   for (const Named& body : bodies()) {
-    const Cloud cloud = distribute(MPI_COMM_SELF, make_body(MPI_COMM_SELF, body.surface, uniform(body.spacing), 1, 1),
-                                   3 * body.spacing);
+    const Cloud cloud =
+        distribute(MPI_COMM_SELF, make_body(MPI_COMM_SELF, assemble({body.surface}), uniform(body.spacing), 1, 1),
+                   3 * body.spacing);
     const Weights w = sph_weights(cloud, 1.2);
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;

@@ -59,6 +59,23 @@ std::vector<Shape> shapes() {
        part("revolution",
             "r = [\"0.5 m\", \"1 m\", \"1 m\", \"0.5 m\"]\nz = [\"0 m\", \"0 m\", \"0.5 m\", \"0.5 m\"]\n"
             "angle = \"90 deg\"\n")},
+      {"plate with a hole cut through", "0.13 m",
+       part("rectangle", "size = [\"1 m\", \"0.7 m\"]\n") +
+           part("disc", "combine = \"cut\"\nradius = \"0.2 m\"\nat = [\"0.45 m\", \"0.35 m\"]\n")},
+      {"discs that overlap", "0.2 m",
+       part("disc", "radius = \"0.9 m\"\n") + part("disc", "radius = \"0.9 m\"\nat = [\"1.2 m\", \"0.2 m\"]\n")},
+      {"block with a bore", "0.2 m",
+       part("box", "size = [\"1 m\", \"0.8 m\", \"0.7 m\"]\n") +
+           part("cylinder",
+                "combine = \"cut\"\nradius = \"0.2 m\"\nheight = \"2 m\"\nat = [\"0.5 m\", \"0.4 m\", \"-0.5 m\"]\n")},
+      {"block with a core and a foot", "0.25 m",
+       part("box", "size = [\"1 m\", \"1 m\", \"1 m\"]\n") +
+           part("sphere", "radius = \"0.3 m\"\nat = [\"0.5 m\", \"0.5 m\", \"0.5 m\"]\n") +
+           part("box", "size = [\"0.6 m\", \"0.5 m\", \"0.4 m\"]\nat = [\"0.1 m\", \"0.2 m\", \"-0.4 m\"]\n")},
+      {"what a sphere and a box share", "0.22 m",
+       part("sphere", "radius = \"1 m\"\n") + part("box",
+                                                   "combine = \"common\"\nsize = [\"1.6 m\", \"1.6 m\", \"1 m\"]\nat = "
+                                                   "[\"-0.8 m\", \"-0.8 m\", \"0 m\"]\n")},
   };
 }
 

@@ -1,0 +1,428 @@
+#include "surface/combine.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <iterator>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+
+#include "surface/hash_grid.hpp"
+#include "surface/surface_files.hpp"
+#include "surface/surface_tree.hpp"
+
+namespace calor {
+namespace {
+
+/// A flat convex piece of a facet, corners as those of the facet; in the plane a segment.
+struct Piece {
+  std::vector<Vec3> corner;
+  std::int32_t face = 0;
+};
+
+Vec3 centroid(const Piece& piece) {
+  Vec3 sum;
+  for (const Vec3& x : piece.corner) sum += x;
+  return (1.0 / static_cast<double>(piece.corner.size())) * sum;
+}
+
+/// Area vector of a polygon, m^2.
+Vec3 area(const std::vector<Vec3>& corner) {
+  Vec3 sum;
+  for (std::size_t n = 1; n + 1 < corner.size(); ++n)
+    sum += 0.5 * cross(corner[n] - corner[0], corner[n + 1] - corner[0]);
+  return sum;
+}
+
+/// Lengths below this are rounding, m.
+double tolerance_of(const std::vector<const Surface*>& surfaces) {
+  Vec3 low{1e300, 1e300, 1e300}, high = -low;
+  for (const Surface* s : surfaces)
+    for (const Vec3& x : s->vertices)
+      for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
+  return surfaces.empty() ? 0 : 1e-9 * norm(high - low);
+}
+
+// Cutting ------------------------------------------------------------------------------------------------------------
+
+/// Splits a polygon by the line through a segment in its plane, where the segment runs through it. `beside`: unit
+/// vector in the plane, across the segment. Appends what lies there, and leaves the rest.
+void split(Piece& piece, const Vec3& p, const Vec3& q, const Vec3& beside, const Vec3& normal, double tolerance,
+           std::vector<Piece>& out) {
+  const std::size_t n = piece.corner.size();
+  std::vector<double> height;
+  double least = 0, most = 0;
+  for (const Vec3& x : piece.corner) {
+    height.push_back(dot(beside, x - p));
+    if (std::abs(height.back()) <= tolerance) height.back() = 0;
+    least = std::min(least, height.back()), most = std::max(most, height.back());
+  }
+  if (least == 0 || most == 0) return;
+  double begin = 0, end = 1;  // of the segment, within the polygon
+  for (std::size_t k = 0; k < n; ++k) {
+    const Vec3& a = piece.corner[k];
+    const Vec3 edge = piece.corner[(k + 1) % n] - a, inwards = cross(normal, edge);
+    const double at_p = dot(inwards, p - a), at_q = dot(inwards, q - a);
+    if (at_p < 0 && at_q < 0) return;
+    if (at_p == at_q) continue;
+    const double crossing = at_p / (at_p - at_q);
+    if (at_p < at_q)
+      begin = std::max(begin, crossing);
+    else
+      end = std::min(end, crossing);
+  }
+  if ((end - begin) * norm(q - p) <= tolerance) return;
+  Piece here{.corner = {}, .face = piece.face}, there = here;
+  for (std::size_t k = 0; k < n; ++k) {
+    const std::size_t next = (k + 1) % n;
+    if (height[k] <= 0) here.corner.push_back(piece.corner[k]);
+    if (height[k] >= 0) there.corner.push_back(piece.corner[k]);
+    if (height[k] * height[next] >= 0) continue;
+    const double part = height[k] / (height[k] - height[next]);
+    const Vec3 crossing = piece.corner[k] + part * (piece.corner[next] - piece.corner[k]);
+    here.corner.push_back(crossing), there.corner.push_back(crossing);
+  }
+  piece = std::move(here);
+  out.push_back(std::move(there));
+}
+
+/// Cuts facets in space along those of another surface.
+class Cutter {
+ public:
+  Cutter(const Piece& facet, double tolerance) : pieces_{facet}, tolerance_(tolerance) {
+    const Vec3 A = area(facet.corner);
+    origin_ = facet.corner[0];
+    normal_ = (1 / norm(A)) * A;
+  }
+
+  void cut_by(const std::array<Vec3, 3>& other) {
+    std::array<double, 3> height;
+    for (int k = 0; k < 3; ++k) {
+      height[k] = dot(normal_, other[k] - origin_);
+      if (std::abs(height[k]) <= tolerance_) height[k] = 0;
+    }
+    if (height[0] == 0 && height[1] == 0 && height[2] == 0) {
+      for (int k = 0; k < 3; ++k) cut_along(other[k], other[(k + 1) % 3]);
+      return;
+    }
+    std::vector<Vec3> on;  // where the other facet meets the plane
+    for (int k = 0; k < 3; ++k) {
+      const int next = (k + 1) % 3;
+      if (height[k] == 0) on.push_back(other[k]);
+      if (height[k] * height[next] < 0)
+        on.push_back(other[k] + height[k] / (height[k] - height[next]) * (other[next] - other[k]));
+    }
+    if (on.size() == 2) cut_along(on[0], on[1]);
+  }
+
+  std::vector<Piece> take() { return std::move(pieces_); }
+
+ private:
+  void cut_along(const Vec3& p, const Vec3& q) {
+    const double length = norm(q - p);
+    if (length <= tolerance_) return;
+    const Vec3 beside = (1 / length) * cross(normal_, q - p);
+    std::vector<Piece> more;
+    for (Piece& piece : pieces_) split(piece, p, q, beside, normal_, tolerance_, more);
+    std::ranges::move(more, std::back_inserter(pieces_));
+  }
+
+  std::vector<Piece> pieces_;
+  double tolerance_;
+  Vec3 origin_, normal_;
+};
+
+/// Cuts a segment of the plane where others cross or touch it.
+std::vector<Piece> cut_segment(const Piece& facet, const std::vector<std::array<Vec3, 2>>& others, double tolerance) {
+  const Vec3 &a = facet.corner[0], ab = facet.corner[1] - a;
+  const double length = norm(ab);
+  const Vec3 along = (1 / length) * ab, beside{-along.y, along.x, 0};
+  std::vector<double> places = {0, length};
+  for (const auto& [c, d] : others) {
+    const double high_c = dot(beside, c - a), high_d = dot(beside, d - a);
+    if (std::abs(high_c) <= tolerance) places.push_back(dot(along, c - a));
+    if (std::abs(high_d) <= tolerance) places.push_back(dot(along, d - a));
+    if (std::min(std::abs(high_c), std::abs(high_d)) > tolerance && (high_c < 0) != (high_d < 0))
+      places.push_back(dot(along, c - a + high_c / (high_c - high_d) * (d - c)));
+  }
+  std::ranges::sort(places);
+  std::vector<Piece> pieces;
+  double from = 0;
+  for (const double to : places) {
+    if (to <= from + tolerance || to > length) continue;
+    const double end = length - to <= tolerance ? length : to;
+    pieces.push_back(
+        {.corner = {a + from * along, end == length ? facet.corner[1] : a + end * along}, .face = facet.face});
+    from = end;
+  }
+  pieces.front().corner[0] = a;
+  return pieces;
+}
+
+Piece whole(const Surface& surface, int facet) {
+  Piece piece{.corner = {}, .face = surface.facets[facet].face};
+  for (int n = 0; n < surface.dimension; ++n) piece.corner.push_back(surface.vertices[surface.facets[facet].vertex[n]]);
+  return piece;
+}
+
+/// One of the surfaces that are combined.
+struct Operand {
+  explicit Operand(const Surface& s) : surface(s), tree(s) {}
+  const Surface& surface;
+  SurfaceTree tree;
+};
+
+/// The pieces into which the other surfaces cut a facet.
+std::vector<Piece> pieces_of(const Surface& surface, int facet, const std::vector<const Operand*>& others,
+                             double tolerance) {
+  const Piece piece = whole(surface, facet);
+  Vec3 low = piece.corner[0], high = low;
+  for (const Vec3& x : piece.corner)
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
+  const Vec3 margin{tolerance, tolerance, tolerance};
+  std::vector<std::array<Vec3, 2>> segments;
+  std::vector<std::array<Vec3, 3>> triangles;
+  for (const Operand* other : others)
+    for (const int g : other->tree.facets_in(low - margin, high + margin)) {
+      const std::vector<Vec3> corner = whole(other->surface, g).corner;
+      if (surface.dimension == 2)
+        segments.push_back({corner[0], corner[1]});
+      else
+        triangles.push_back({corner[0], corner[1], corner[2]});
+    }
+  if (!segments.empty()) return cut_segment(piece, segments, tolerance);
+  if (triangles.empty() || norm(area(piece.corner)) == 0) return {piece};
+  Cutter cutter(piece, tolerance);
+  for (const auto& triangle : triangles) cutter.cut_by(triangle);
+  return cutter.take();
+}
+
+// Choosing -----------------------------------------------------------------------------------------------------------
+
+/// Where a piece lies with respect to another solid: on its surface with the same or the opposite outside.
+enum class Place { outside, inside, on_same, on_opposite };
+
+Place place_of(const Piece& piece, const Operand& other, double tolerance) {
+  const Vec3 x = centroid(piece);
+  const auto near = other.tree.closest(x, 2 * tolerance);
+  if (!near) return other.tree.is_inside(x) ? Place::inside : Place::outside;
+  const Vec3 ab = piece.corner[1] - piece.corner[0];
+  const Vec3 outwards = other.surface.dimension == 2 ? Vec3{ab.y, -ab.x, 0} : area(piece.corner);
+  return dot(outwards, other.surface.area(near->facet)) > 0 ? Place::on_same : Place::on_opposite;
+}
+
+// Joining ------------------------------------------------------------------------------------------------------------
+
+/// Makes facets of pieces, which share their edges as a whole.
+class Joiner {
+ public:
+  Joiner(int dimension, double tolerance, std::vector<std::string> faces) : tolerance_(tolerance) {
+    out_.dimension = dimension, out_.faces = std::move(faces);
+  }
+
+  void add(Piece piece) { pieces_.push_back(std::move(piece)); }
+  std::size_t count() const { return pieces_.size(); }
+
+  /// `first`: how many facets the first pieces have, as many as were added before `count`.
+  Surface join(std::size_t count, int& first) {
+    weld_corners();
+    for (std::size_t n = 0; n < loops_.size(); ++n) {
+      if (n == count) first = static_cast<int>(out_.facets.size());
+      add_facets(n);
+    }
+    if (count >= loops_.size()) first = static_cast<int>(out_.facets.size());
+    return std::move(out_);
+  }
+
+ private:
+  void weld_corners() {
+    double size = 0, edges = 0;
+    std::size_t edge_count = 0;
+    for (const Piece& piece : pieces_)
+      for (std::size_t k = 0; k < piece.corner.size(); ++k, ++edge_count) {
+        const Vec3& x = piece.corner[k];
+        size = std::max({size, std::abs(x.x), std::abs(x.y), std::abs(x.z)});
+        edges += norm(piece.corner[(k + 1) % piece.corner.size()] - x);
+      }
+    HashGrid grid(tolerance_, size);
+    for (const Piece& piece : pieces_) {
+      std::vector<std::int32_t>& loop = loops_.emplace_back();
+      for (const Vec3& x : piece.corner) {
+        const std::int32_t vertex = grid.find_or_add(x);
+        if (loop.empty() || loop.back() != vertex) loop.push_back(vertex);
+      }
+      if (loop.size() > 1 && loop.front() == loop.back()) loop.pop_back();
+    }
+    out_.vertices = std::move(grid).places();
+    cell_ = std::max(edges / static_cast<double>(std::max<std::size_t>(1, edge_count)), 1e-6 * size);
+    for (std::int32_t v = 0; v < static_cast<std::int32_t>(out_.vertices.size()); ++v)
+      cells_[key(cell(out_.vertices[v]))].push_back(v);
+  }
+
+  /// The vertices between two others, in order, that lie on the straight way between them.
+  std::vector<std::int32_t> between(std::int32_t a, std::int32_t b) const {
+    const Vec3 &from = out_.vertices[a], way = out_.vertices[b] - from;
+    const double length = norm(way);
+    const int steps = std::max(1, static_cast<int>(std::ceil(length / cell_)));
+    std::vector<std::pair<double, std::int32_t>> found;
+    for (int s = 0; s < steps; ++s) {
+      const Vec3 p = from + (double(s) / steps) * way, q = from + (double(s + 1) / steps) * way;
+      Index low, high;
+      for (int axis = 0; axis < 3; ++axis) {
+        low[axis] = index(std::min(p[axis], q[axis]) - 2 * tolerance_);
+        high[axis] = index(std::max(p[axis], q[axis]) + 2 * tolerance_);
+      }
+      Index c;
+      for (c[0] = low[0]; c[0] <= high[0]; ++c[0])
+        for (c[1] = low[1]; c[1] <= high[1]; ++c[1])
+          for (c[2] = low[2]; c[2] <= high[2]; ++c[2]) {
+            const auto here = cells_.find(key(c));
+            if (here == cells_.end()) continue;
+            for (const std::int32_t v : here->second) {
+              const Vec3 r = out_.vertices[v] - from;
+              const double along = dot(r, way) / length;
+              if (v != a && v != b && along > 0 && along < length && norm(r - along / length * way) <= 2 * tolerance_)
+                found.emplace_back(along, v);
+            }
+          }
+    }
+    std::ranges::sort(found);
+    const auto repeated = std::ranges::unique(found);
+    found.erase(repeated.begin(), repeated.end());
+    std::vector<std::int32_t> vertices;
+    for (const auto& [along, v] : found) vertices.push_back(v);
+    return vertices;
+  }
+
+  void add_facets(std::size_t n) {
+    const std::vector<std::int32_t>& loop = loops_[n];
+    const std::int32_t face = pieces_[n].face;
+    if (out_.dimension == 2) {
+      if (loop.size() < 2) return;
+      std::int32_t last = loop[0];
+      for (const std::int32_t v : between(loop[0], loop[1])) out_.facets.push_back({{last, v, -1}, face}), last = v;
+      out_.facets.push_back({{last, loop[1], -1}, face});
+      return;
+    }
+    if (loop.size() < 3) return;
+    std::vector<Vec3> corner;
+    double longest = 0;
+    for (const std::int32_t v : loop) corner.push_back(out_.vertices[v]);
+    for (std::size_t k = 0; k < corner.size(); ++k)
+      longest = std::max(longest, norm(corner[(k + 1) % corner.size()] - corner[k]));
+    if (2 * norm(area(corner)) <= tolerance_ * longest) return;
+    std::vector<std::int32_t> around;
+    for (std::size_t k = 0; k < loop.size(); ++k) {
+      around.push_back(loop[k]);
+      for (const std::int32_t v : between(loop[k], loop[(k + 1) % loop.size()])) around.push_back(v);
+    }
+    if (around.size() == 3) {
+      out_.facets.push_back({{around[0], around[1], around[2]}, face});
+      return;
+    }
+    const auto middle = static_cast<std::int32_t>(out_.vertices.size());
+    out_.vertices.push_back(centroid({.corner = corner}));
+    for (std::size_t k = 0; k < around.size(); ++k)
+      out_.facets.push_back({{around[k], around[(k + 1) % around.size()], middle}, face});
+  }
+
+  using Index = std::array<std::int64_t, 3>;
+  std::int64_t index(double c) const { return static_cast<std::int64_t>(std::floor(c / cell_)); }
+  Index cell(const Vec3& x) const { return {index(x.x), index(x.y), index(x.z)}; }
+  static std::uint64_t key(const Index& c) {
+    std::uint64_t h = 0;
+    for (const std::int64_t n : c) h = (h ^ static_cast<std::uint64_t>(n)) * 0x9e3779b97f4a7c15U, h ^= h >> 29;
+    return h;
+  }
+
+  double tolerance_, cell_ = 1;
+  std::vector<Piece> pieces_;
+  std::vector<std::vector<std::int32_t>> loops_;  // vertices of every piece
+  std::unordered_map<std::uint64_t, std::vector<std::int32_t>> cells_;
+  Surface out_;
+};
+
+/// The faces of several surfaces, and which one each of theirs is.
+struct Faces {
+  Surface names;
+  std::vector<std::vector<std::int32_t>> of;
+
+  void add(const Surface& surface) {
+    std::vector<std::int32_t>& mine = of.emplace_back();
+    for (const std::string& face : surface.faces) mine.push_back(face_named(names, face));
+  }
+};
+
+/// The pieces of a in certain places of b, and those of b in certain places of a, turned over if asked for.
+Surface combined(const Surface& a, const Surface& b, Place keep_of_a, Place keep_too, Place keep_of_b, bool turns_b) {
+  const double tolerance = tolerance_of({&a, &b});
+  const Operand of_a(a), of_b(b);
+  Faces faces;
+  faces.add(a), faces.add(b);
+  Joiner joiner(a.dimension, tolerance, faces.names.faces);
+  for (int f = 0; f < static_cast<int>(a.facets.size()); ++f)
+    for (Piece& piece : pieces_of(a, f, {&of_b}, tolerance))
+      if (const Place place = place_of(piece, of_b, tolerance); place == keep_of_a || place == keep_too) {
+        piece.face = faces.of[0][piece.face];
+        joiner.add(std::move(piece));
+      }
+  for (int f = 0; f < static_cast<int>(b.facets.size()); ++f)
+    for (Piece& piece : pieces_of(b, f, {&of_a}, tolerance))
+      if (place_of(piece, of_a, tolerance) == keep_of_b) {
+        if (turns_b) std::ranges::reverse(piece.corner);
+        piece.face = faces.of[1][piece.face];
+        joiner.add(std::move(piece));
+      }
+  int count = 0;
+  return joiner.join(joiner.count(), count);
+}
+
+}  // namespace
+
+Surface difference(const Surface& a, const Surface& b) {
+  return combined(a, b, Place::outside, Place::on_opposite, Place::inside, true);
+}
+
+Surface intersection(const Surface& a, const Surface& b) {
+  return combined(a, b, Place::inside, Place::on_same, Place::inside, false);
+}
+
+Assembly assemble(const std::vector<Surface>& solids) {
+  if (solids.size() == 1) return {solids[0], static_cast<int>(solids[0].facets.size())};
+  std::vector<const Surface*> surfaces;
+  std::vector<std::unique_ptr<Operand>> operands;
+  Faces faces;
+  for (const Surface& solid : solids) {
+    surfaces.push_back(&solid);
+    operands.push_back(std::make_unique<Operand>(solid));
+    faces.add(solid);
+  }
+  const double tolerance = tolerance_of(surfaces);
+  Joiner joiner(solids[0].dimension, tolerance, faces.names.faces);
+  std::vector<Piece> interfaces;
+  for (std::size_t s = 0; s < solids.size(); ++s) {
+    std::vector<const Operand*> others;
+    for (std::size_t q = 0; q < solids.size(); ++q)
+      if (q != s) others.push_back(operands[q].get());
+    for (int f = 0; f < static_cast<int>(solids[s].facets.size()); ++f)
+      for (Piece& piece : pieces_of(solids[s], f, others, tolerance)) {
+        std::size_t meets = solids.size();  // the solid on the other side
+        for (std::size_t q = 0; q < solids.size() && meets == solids.size(); ++q)
+          if (q != s && place_of(piece, *operands[q], tolerance) != Place::outside) meets = q;
+        piece.face = faces.of[s][piece.face];
+        if (meets == solids.size())
+          joiner.add(std::move(piece));
+        else if (meets < s)
+          interfaces.push_back(std::move(piece));
+      }
+  }
+  const std::size_t walls = joiner.count();
+  for (Piece& piece : interfaces) joiner.add(std::move(piece));
+  Assembly out;
+  out.surface = joiner.join(walls, out.walls);
+  return out;
+}
+
+}  // namespace calor

@@ -1,0 +1,63 @@
+#include "surface/solids.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+namespace calor {
+
+Solids::Solid::Solid(Surface s, int tag) : surface(std::move(s)), tree(surface), tag(tag) {
+  constexpr double larger = 1e-6, roundoff = 1e-11;
+  low = high = surface.vertices.front();
+  for (const Vec3& x : surface.vertices)
+    for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
+  const double margin = larger * norm(high - low);
+  on = roundoff * norm(high - low);
+  low -= {margin, margin, margin}, high += {margin, margin, margin};
+}
+
+Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags) {
+  for (std::size_t n = 0; n < surfaces.size(); ++n)
+    solids_.push_back(std::make_unique<const Solid>(std::move(surfaces[n]), tags[n]));
+}
+
+Solids::Found Solids::find(const Vec3& x) const {
+  constexpr double inside = 0.5;  // of winding numbers, 0 or 1 but for a thousandth
+  for (int s = 0; s < static_cast<int>(solids_.size()); ++s) {
+    const Solid& solid = *solids_[s];
+    bool is_near = true;
+    for (int a = 0; a < 3; ++a) is_near = is_near && x[a] >= solid.low[a] && x[a] <= solid.high[a];
+    if (!is_near) continue;
+    if (solid.tree.closest(x, solid.on)) return {s, false};
+    if (solid.tree.winding_number(x) > inside) return {s, true};
+  }
+  return {-1, false};
+}
+
+int Solids::tag_at(const Vec3& x) const {
+  const int s = find(x).solid;
+  return s < 0 ? -1 : solids_[s]->tag;
+}
+
+void Solids::tags_at(std::span<const Vec3> x, std::span<int> tags) const {
+  // From a place that is known to lie in a solid, a way that crosses no wall of it costs a tenth of a winding number.
+  std::vector<std::optional<Vec3>> known(solids_.size());
+  for (std::size_t n = 0; n < x.size(); ++n) {
+    int found = -1;
+    for (std::size_t s = 0; s < solids_.size() && found < 0; ++s) {
+      const Solid& solid = *solids_[s];
+      if (known[s] && !solid.tree.is_crossed(*known[s], x[n]) && !solid.tree.closest(x[n], solid.on))
+        found = static_cast<int>(s);
+    }
+    if (found < 0) {
+      const Found here = find(x[n]);
+      tags[n] = here.solid < 0 ? -1 : solids_[here.solid]->tag;
+      if (here.is_inside) found = here.solid;
+    }
+    if (found < 0) continue;
+    known[found] = x[n];
+    tags[n] = solids_[found]->tag;
+  }
+}
+
+}  // namespace calor
