@@ -215,7 +215,8 @@ int command(int argc, char** argv) {
 
   CLI::App* run = app.add_subcommand("run", "run a case");
   CLI::App* check = app.add_subcommand("check", "build everything, say sizes, step bound and memory; run nothing");
-  for (CLI::App* verb : {run, check}) {
+  CLI::App* cloud = app.add_subcommand("cloud", "make the points alone: NAME.vtu to look at, and how good they are");
+  for (CLI::App* verb : {run, check, cloud}) {
     verb->add_option("CASE", a.case_file, "case file (TOML)")->required();
     verb->add_option("key=value", a.overrides, "changes to the case, e.g. sph.smoothing=1.3 or variant=NAME");
     verb->add_option("-j", a.ranks, "number of processes")->check(CLI::Range(1, 1 << 20));
@@ -223,6 +224,7 @@ int command(int argc, char** argv) {
         "--units", [&](const std::string& unit) { a.overrides.push_back("output.temperature=\"" + unit + "\""); },
         "unit of the temperatures it speaks of: K, degC or degF");
   }
+  cloud->add_option("-o", a.name, "NAME of the files, a folder before it maybe (default: name of the case)");
   run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
   run->add_flag("--restart", a.restart, "go on from the newest checkpoint in the folder");
   run->add_option_function<std::string>(
@@ -286,6 +288,10 @@ int command(int argc, char** argv) {
 
   return under_petsc(argv, [&](MPI_Comm comm) {
     if (*check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm);
+    if (*cloud) {
+      const Case c = Case::read(a.case_file, schema(), a.overrides);
+      return show_cloud(c, a.name.empty() ? c.name() : a.name, comm);
+    }
     if (*verify) return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
     return run_verb(a, comm);
   });

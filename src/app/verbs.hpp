@@ -13,6 +13,9 @@ namespace calor {
 /// Builds everything and says sizes, time-step bound and memory; runs nothing. Collective.
 int check_case(const Case& c, MPI_Comm comm);
 
+/// Makes the cloud alone, writes it as NAME.vtu and NAME-surface.vtp, and tells how good it is. Collective.
+int show_cloud(const Case& c, const std::string& name, MPI_Comm comm);
+
 /// Runs the cases below the given files and folders, with all their variants, as far as they carry [[expect]] entries;
 /// a line each, then 'N passed, M failed'. `json`: file for the list of results, or empty. Collective.
 int verify(const std::vector<std::string>& paths, const std::string& json, MPI_Comm comm);

@@ -4,10 +4,12 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <utility>
 
+#include "base/function.hpp"
 #include "base/parallel.hpp"
 #include "cloud/body_measures.hpp"
 #include "cloud/body_points.hpp"
@@ -144,6 +146,12 @@ std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body
     if (!(table.number("spacing") > 0))
       table.refuse("spacing", fmt::format("a spacing of {} m is not positive", table.number("spacing")),
                    "give a positive one");
+    const Function everywhere = cloud.function("spacing");
+    if (everywhere.is_constant() && !(table.number("spacing") < everywhere({})))
+      table.refuse("spacing",
+                   fmt::format("a spacing of {:.6g} m here is not below that of the cloud, {:.6g} m",
+                               table.number("spacing"), everywhere({})),
+                   "give a finer one, or a coarser one to [cloud]");
     const double growth = table.number("growth");
     if (!(growth > 0 && growth <= 1))
       table.refuse("growth", fmt::format("growth = {:g}", growth), "give more than 0 and at most 1: 0.2 suits most");
@@ -163,22 +171,54 @@ std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body
   return out;
 }
 
-double least_spacing(const Table& cloud) {
-  const double spacing = cloud.number("spacing");
-  if (!(spacing > 0))
-    cloud.refuse("spacing", fmt::format("a spacing of {} m is not positive", spacing), "give a positive one");
-  double least = spacing;
+double positive_spacing(const Function& spacing, const Vec3& x) {
+  const double d = spacing(x);
+  if (!(d > 0))
+    throw Error(Fault::bad_case, spacing.location(),
+                spacing.is_constant()
+                    ? fmt::format("a spacing of {} m is not positive", d)
+                    : fmt::format("a spacing of {} m at ({:.6g}, {:.6g}, {:.6g}) m is not positive", d, x.x, x.y, x.z),
+                "give a positive one");
+  return d;
+}
+
+/// The spacing that the case gives everywhere, by place.
+Function spacing_everywhere(const Table& cloud) {
+  Function spacing = cloud.function("spacing");
+  if (spacing.depends_on_time() || spacing.depends_on_temperature())
+    cloud.refuse("spacing", "the spacing depends on time or temperature", "points stay where they are: use x, y, z");
+  return spacing;
+}
+
+/// The finest spacing that the case asks for, as far as places all over the box around the body tell.
+double least_spacing(const Table& cloud, const Function& spacing) {
+  double least = std::numeric_limits<double>::max();
+  if (spacing.is_constant()) {
+    least = positive_spacing(spacing, {});
+  } else {
+    constexpr double coarse = 1e9;  // m: facets as large as they come
+    constexpr int places = 32;      // along every axis
+    std::vector<Vec3> corners;
+    for (const Surface& solid : read_parts(cloud, coarse).solids)
+      corners.insert(corners.end(), solid.vertices.begin(), solid.vertices.end());
+    const Bounds box = bounds_of(corners);
+    for (int n = 0; n < places * places * places; ++n) {
+      const Vec3 part{(n % places + 0.5) / places, (n / places % places + 0.5) / places,
+                      (n / (places * places) + 0.5) / places};
+      least = std::min(least, positive_spacing(spacing, box.low + product(part, box.high - box.low)));
+    }
+  }
   for (const Table& table : cloud.list("near")) least = std::min(least, table.number("spacing"));
   return least;
 }
 
-SpacingField spacing_field(const Table& cloud, const Surface& body) {
-  const double spacing = cloud.number("spacing");
+SpacingField spacing_field(const Table& cloud, const Function& spacing, const Surface& body) {
   std::vector<Refinement> refined = read_refinements(cloud, body);
-  if (refined.empty()) return {.at = [spacing](const Vec3&) { return spacing; }, .is_uniform = true};
+  if (spacing.is_constant() && refined.empty())
+    return {.at = [d = spacing({})](const Vec3&) { return d; }, .is_uniform = true};
   return {.at =
               [spacing, refined = std::move(refined)](const Vec3& x) {
-                double least = spacing;
+                double least = positive_spacing(spacing, x);
                 for (const Refinement& r : refined) {
                   const auto distance = r.distance(x, std::max(0.0, (least - r.spacing) / r.growth));
                   if (distance) least = std::min(least, r.spacing + r.growth * *distance);
@@ -205,7 +245,7 @@ void refuse_misfits(MPI_Comm comm, const Assembly& body, double spacing) {
 }
 
 /// Every point gets the tag of its part.
-void add_tags(PartsOfBody parts, Points& out) {
+void add_tags(PartsOfBody parts, Surface interfaces, Points& out) {
   out.tags.clear();
   std::vector<int> tags;
   for (const std::string& name : parts.names) {
@@ -213,22 +253,25 @@ void add_tags(PartsOfBody parts, Points& out) {
     tags.push_back(static_cast<int>(found - out.tags.begin()));
     if (found == out.tags.end()) out.tags.push_back(name);
   }
-  out.solids = std::make_shared<const Solids>(std::move(parts.solids), std::move(tags));
+  out.solids = std::make_shared<const Solids>(std::move(parts.solids), std::move(tags), std::move(interfaces));
   for (Point& p : out.points)
     p.tag = std::max(0, out.solids->tag_at(out.body->moved_inside(p.x, Body::skin * p.spacing)));
 }
 
 Points body_from(MPI_Comm comm, const Table& cloud) {
-  const double least = least_spacing(cloud);
+  const Function everywhere = spacing_everywhere(cloud);
+  const double least = least_spacing(cloud, everywhere);
   PartsOfBody parts = read_parts(cloud, least);
   const double section = section_of(cloud, parts.solids[0].dimension);
   Assembly body = assemble(cloud, parts);
   located(cloud.location("spacing"), [&] { refuse_misfits(comm, body, least); });
-  const SpacingField spacing = spacing_field(cloud, body.surface);
+  const SpacingField spacing = spacing_field(cloud, everywhere, body.surface);
   std::vector<std::string> notes = note_on_gaps(parts, least);
+  Surface interfaces = body.surface;
+  interfaces.facets.erase(interfaces.facets.begin(), interfaces.facets.begin() + body.walls);
   Points out = make_body(comm, std::move(body), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
   std::ranges::move(notes, std::back_inserter(out.notes));
-  add_tags(std::move(parts), out);
+  add_tags(std::move(parts), std::move(interfaces), out);
   return out;
 }
 
@@ -309,7 +352,7 @@ CloudShape surface_shape() {
       .sentence =
           "A body of any shape, given by [[cloud.part]]: files of its surface, or shapes. Points lie on its corners, "
           "edges and faces and, on a lattice or at random, inside. Faces: those of the parts",
-      .keys = {{"spacing", Kind::quantity, "m", required, "Distance of the points."},
+      .keys = {{"spacing", Kind::function, "m", required, "Distance of the points; a formula in x, y, z or a number."},
                {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
       .make = body_from};
 }

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "geometry/parts.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 
@@ -99,6 +100,10 @@ Vec3 Parts::normal(const Vec3& x, const Vec3& along, int tag, int part, int othe
     Vec3 n;
     n[layers_.axis] = 1;
     return n;
+  }
+  if (cloud_.solids) {
+    constexpr double on = 1e-6;  // of the size: the place was found by halving a segment
+    if (const auto n = cloud_.solids->normal_at(x, on * size)) return *n;
   }
   const Vec3 direction = (1 / norm(along)) * along;
   if (cloud_.dimension == 1) return direction;

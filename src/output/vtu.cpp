@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <numeric>
 
@@ -254,33 +255,95 @@ std::array<Vec3, 4> outline(const Facet& facet, std::span<const Vec3> x, std::sp
   return {middle - u - v, middle + u - v, middle + u + v, middle - u + v};
 }
 
-}  // namespace
+/// The labels that every cloud has.
+void add_labels_of_points(const Cloud& cloud, std::vector<Label>& labels) {
+  labels.push_back({"id", {}, {cloud.id.begin(), cloud.id.begin() + cloud.owned}});
+  labels.push_back({"tag", cloud.tags, {cloud.tag.begin(), cloud.tag.begin() + cloud.owned}});
+}
 
-FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points,
-                         std::vector<Label> of_facets)
-    : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
-  of_points_.push_back({"id", {}, {cloud.id.begin(), cloud.id.begin() + cloud.owned}});
-  of_points_.push_back({"tag", cloud.tags, {cloud.tag.begin(), cloud.tag.begin() + cloud.owned}});
+void add_labels_of_facets(const Cloud& cloud, std::vector<Label>& labels) {
   Label face{"face", cloud.faces}, point{"point", {}};
   for (const Facet& facet : cloud.facets) {
     face.values.push_back(facet.face);
     point.values.push_back(cloud.id[facet.point]);
   }
-  of_facets_.insert(of_facets_.end(), {face, point});
+  labels.insert(labels.end(), {face, point});
+}
 
+std::vector<std::array<Vec3, 4>> outlines_of(const Cloud& cloud) {
   std::vector<int> facets(cloud.facets.size());
   std::iota(facets.begin(), facets.end(), 0);
   const CellIntegrals integrals(cloud);
   const CellSamples places = integrals.facets(facets);
+  std::vector<std::array<Vec3, 4>> outlines;
   for (const int n : facets) {
     const auto begin = places.row[n], count = places.row[n + 1] - begin;
     const auto of_facet = [&](const auto& all) { return std::span(all).subspan(begin, count); };
-    outlines_.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
+    outlines.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
   }
+<<<<<<< HEAD
 }
 
 void FieldWriter::open() {
   make_folder(cloud_.comm, folder_ + "/fields");
+=======
+  return outlines;
+}
+
+/// Collective.
+void write_points(const Cloud& cloud, double t, const std::string& folder, const std::string& name,
+                  const std::vector<Field>& fields, const std::vector<Label>& labels) {
+  Piece points{.type = "UnstructuredGrid", .cells = "Cells", .data = "PointData", .count = cloud.owned};
+  points.values = arrays_of(fields, points.count);
+  points.values.push_back(
+      array<double>("Float64", "volume [m^3]", 1, points.count, [&](int i, int) { return cloud.volume[i]; }));
+  points.values.push_back(
+      array<double>("Float64", "spacing [m]", 1, points.count, [&](int i, int) { return cloud.spacing[i]; }));
+  add_labels(t, labels, points);
+  add_cells([&](int i) -> const Vec3& { return cloud.x[i]; }, points);
+  write_grid(cloud.comm, folder, name, points);
+}
+
+/// Collective.
+void write_surface(const Cloud& cloud, std::span<const std::array<Vec3, 4>> outlines, double t,
+                   const std::string& folder, const std::string& name, const std::vector<Field>& fields,
+                   const std::vector<Label>& labels) {
+  const int corners = cloud.dimension == 3 ? 4 : cloud.dimension;
+  Piece surface{.type = "PolyData",
+                .cells = corners == 4   ? "Polys"
+                         : corners == 2 ? "Lines"
+                                        : "Verts",
+                .data = "CellData",
+                .count = static_cast<int>(cloud.facets.size()),
+                .corners = corners};
+  surface.values = arrays_of(fields, surface.count);
+  surface.values.push_back(
+      array<double>("Float64", "area [m^2]", 1, surface.count, [&](int n, int) { return cloud.facets[n].area; }));
+  surface.values.push_back(
+      array<double>("Float64", "normal", 3, surface.count, [&](int n, int c) { return cloud.facets[n].normal[c]; }));
+  add_labels(t, labels, surface);
+  add_cells([&](int n) -> const Vec3& { return outlines[n / corners][n % corners]; }, surface);
+  write_grid(cloud.comm, folder, name, surface);
+}
+
+}  // namespace
+
+void write_cloud(const Cloud& cloud, const std::string& stem, const std::vector<Field>& points) {
+  const std::filesystem::path path(stem);
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  std::vector<Label> of_points, of_facets;
+  add_labels_of_points(cloud, of_points), add_labels_of_facets(cloud, of_facets);
+  write_points(cloud, 0, folder, path.filename().string(), points, of_points);
+  write_surface(cloud, outlines_of(cloud), 0, folder, path.filename().string() + "-surface", {}, of_facets);
+}
+
+FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points,
+                         std::vector<Label> of_facets)
+    : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
+  add_labels_of_points(cloud, of_points_), add_labels_of_facets(cloud, of_facets_);
+  outlines_ = outlines_of(cloud);
+  make_folder(cloud.comm, folder_ + "/fields");
+>>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
   write_collections();
 }
 
@@ -296,6 +359,7 @@ void FieldWriter::exchange(Archive& archive) {
 
 void FieldWriter::write(double t, const std::vector<Field>& points, const std::vector<Field>& facets) {
   const std::string number = fmt::format("{:04}", written_.size());
+<<<<<<< HEAD
   Piece cloud{.type = "UnstructuredGrid", .cells = "Cells", .data = "PointData", .count = cloud_.owned};
   cloud.values = arrays_of(points, cloud.count);
   cloud.values.push_back(
@@ -324,6 +388,11 @@ void FieldWriter::write(double t, const std::vector<Field>& points, const std::v
   write_grid(cloud_.comm, folder_ + "/fields", "surface_" + number, surface);
 
   written_.push_back({t, size_of(cloud_.comm) > 1});
+=======
+  write_points(cloud_, t, folder_ + "/fields", "fields_" + number, points, of_points_);
+  write_surface(cloud_, outlines_, t, folder_ + "/fields", "surface_" + number, facets, of_facets_);
+  written_.emplace_back(t, number);
+>>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
   write_collections();
 }
 

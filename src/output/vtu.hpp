@@ -29,6 +29,10 @@ struct Label {
   std::vector<std::int64_t> values{};  ///< of the owned points or the facets of this rank
 };
 
+/// Writes the points alone, as `stem`.vtu, and the surface, as `stem`-surface.vtp, with what FieldWriter writes along.
+/// Throws Error(file). Collective.
+void write_cloud(const Cloud& cloud, const std::string& stem, const std::vector<Field>& points);
+
 class FieldWriter {
  public:
   /// Writes below `folder`/fields, and `folder`/fields.pvd and surface.pvd. Of a point id, tag, volume and spacing are
@@ -51,12 +55,17 @@ class FieldWriter {
   const Cloud& cloud_;
   std::string folder_;
   std::vector<Label> of_points_, of_facets_;
+<<<<<<< HEAD
   std::vector<std::array<Vec3, 4>> outlines_;  ///< of the facets
   struct Written {
     double t;         ///< s
     bool is_divided;  ///< into pieces of several ranks
   };
   std::vector<Written> written_;
+=======
+  std::vector<std::array<Vec3, 4>> outlines_;            ///< of the facets of Cloud::facets
+  std::vector<std::pair<double, std::string>> written_;  ///< times, and "0000", ...
+>>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
 };
 
 }  // namespace calor

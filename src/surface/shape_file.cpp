@@ -1,6 +1,8 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <stdexcept>
 
@@ -12,6 +14,14 @@ namespace calor {
 namespace {
 
 constexpr std::size_t most_faces = 32;  // bits of Point::on_faces
+
+bool ends_with(std::string name, const std::string& ending) {
+  std::ranges::transform(name, name.begin(), [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return name.ends_with(ending);
+}
+
+bool is_step(const std::string& file) { return ends_with(file, ".step") || ends_with(file, ".stp"); }
+bool is_brep(const std::string& file) { return ends_with(file, ".brep"); }
 
 /// Length of one unit of the file, m: "mm" or "25.4 mm".
 double unit_of(const Table& part) {
@@ -42,13 +52,51 @@ double diagonal(const Surface& surface) {
   return norm(high - low);
 }
 
-Surface surface_of(const Table& part, double /*chord*/) {
-  const double unit = unit_of(part), tolerance = part.number("weld");
+/// The facets of one solid of an STL or OBJ file.
+void keep_solid(Surface& surface, const Table& part) {
+  const auto face = std::ranges::find(surface.faces, part.text("solid"));
+  if (face == surface.faces.end())
+    part.refuse("solid", fmt::format("the file \"{}\" has no solid '{}'", part.text("file"), part.text("solid")),
+                fmt::format("its solids are {}", fmt::join(surface.faces, ", ")));
+  std::erase_if(surface.facets, [&](const Surface::Triangle& f) { return f.face != face - surface.faces.begin(); });
+  for (Surface::Triangle& f : surface.facets) f.face = 0;
+  surface.faces = {*face};
+}
+
+/// The solid of a drawing that the part means.
+Surface solid_of_drawing(const Table& part, double chord) {
+  std::vector<Surface> solids = read_drawing(part.file("file"), part.location("file"), chord);
+  if (!part.has("solid")) {
+    if (solids.size() == 1) return std::move(solids[0]);
+    part.refuse("", fmt::format("the file \"{}\" holds {} solids", part.text("file"), solids.size()),
+                "add solid = \"1\" to this part, and a part for each of the others");
+  }
+  for (std::size_t n = 0; n < solids.size(); ++n)
+    if (part.text("solid") == std::to_string(n + 1)) return std::move(solids[n]);
+  part.refuse("solid", fmt::format("the file \"{}\" has no solid '{}'", part.text("file"), part.text("solid")),
+              fmt::format("they are numbered from 1 to {}", solids.size()));
+}
+
+Surface facets_of(const Table& part, double chord) {
+  const std::string file = part.text("file");
+  if (is_step(file)) {
+    if (part.has("unit")) part.refuse("unit", "a STEP file tells its unit of length", "leave it out");
+    return solid_of_drawing(part, chord);
+  }
+  const double unit = unit_of(part);
+  Surface surface =
+      is_brep(file) ? solid_of_drawing(part, chord / unit) : read_surface(part.file("file"), part.location("file"));
+  if (part.has("solid") && !is_brep(file)) keep_solid(surface, part);
+  for (Vec3& x : surface.vertices) x *= unit;
+  return surface;
+}
+
+Surface surface_of(const Table& part, double chord) {
+  const double tolerance = part.number("weld");
   if (!(tolerance >= 0 && tolerance < 0.1))
     part.refuse("weld", fmt::format("weld = {:g} is no small part of the body", tolerance), "give 0 to 0.1, e.g. 1e-6");
   const SourceLocation file{.file = part.file("file"), .line = 0, .column = 0};
-  Surface surface = read_surface(file.file, part.location("file"));
-  for (Vec3& x : surface.vertices) x *= unit;
+  Surface surface = facets_of(part, chord);
   weld(surface, tolerance * diagonal(surface));
   orient(surface);
   require_closed(surface, file);
@@ -68,11 +116,18 @@ Surface surface_of(const Table& part, double /*chord*/) {
 SolidShape solid_file() {
   return {
       .name = "file",
-      .sentence = "A surface of triangles or polygons from an STL, OBJ or PLY file",
+      .sentence =
+          "A surface of triangles or polygons from an STL, OBJ or PLY file, or a solid from a STEP or BREP file, which "
+          "the program gmsh reads",
       .keys =
           {{"file", Kind::text, "", required, "The file; its name counts from the folder of the case."},
            {"unit", Kind::text, "", optional,
-            "The length of one unit of the file, such as \"mm\" or \"25.4 mm\"; required, as the file does not tell."},
+            "The length of one unit of the file, such as \"mm\" or \"25.4 mm\"; required, as the file does not tell, "
+            "but of "
+            "STEP."},
+           {"solid", Kind::text, "", optional,
+            "Takes one solid of the file alone: its name in an STL or OBJ file, its number (\"1\", \"2\", ...) in a "
+            "drawing of several."},
            {"weld", Kind::number, "", "1e-6",
             "Vertices nearer to each other than this part of the diagonal of the body become one."},
            {"faces",

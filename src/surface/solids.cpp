@@ -1,7 +1,6 @@
 #include "surface/solids.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <utility>
 
 namespace calor {
@@ -16,7 +15,8 @@ Solids::Solid::Solid(Surface s, int tag) : surface(std::move(s)), tree(surface),
   low -= {margin, margin, margin}, high += {margin, margin, margin};
 }
 
-Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags) {
+Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface interfaces)
+    : interfaces_(std::move(interfaces)), tree_(interfaces_) {
   for (std::size_t n = 0; n < surfaces.size(); ++n)
     solids_.push_back(std::make_unique<const Solid>(std::move(surfaces[n]), tags[n]));
 }
@@ -32,6 +32,13 @@ Solids::Found Solids::find(const Vec3& x) const {
     if (solid.tree.winding_number(x) > inside) return {s, true};
   }
   return {-1, false};
+}
+
+std::optional<Vec3> Solids::normal_at(const Vec3& x, double bound) const {
+  const auto near = tree_.closest(x, bound);
+  if (!near) return std::nullopt;
+  const Vec3 area = interfaces_.area(near->facet);
+  return (1 / norm(area)) * area;
 }
 
 int Solids::tag_at(const Vec3& x) const {

@@ -1,6 +1,7 @@
 #pragma once
 // The solids that a body is made of: which of them holds a place.
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,13 +12,15 @@ namespace calor {
 
 class Solids {
  public:
-  /// Closed surfaces, facets outward, that do not overlap, and the tag of each.
-  Solids(std::vector<Surface> surfaces, std::vector<int> tags);
+  /// Closed surfaces, facets outward, that do not overlap, the tag of each, and the facets where two of them meet.
+  Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface interfaces);
 
   /// Tag of the solid that holds the place; of those that meet there the first one. -1: it lies outside.
   int tag_at(const Vec3& x) const;
   /// The same for many places. Fast where each lies near the one before.
   void tags_at(std::span<const Vec3> x, std::span<int> tags) const;
+  /// Unit normal of the interface next to the place, none where it is farther than `bound` (m).
+  std::optional<Vec3> normal_at(const Vec3& x, double bound) const;
 
  private:
   struct Solid {
@@ -37,6 +40,8 @@ class Solids {
   Found find(const Vec3& x) const;
 
   std::vector<std::unique_ptr<const Solid>> solids_;
+  Surface interfaces_;
+  SurfaceTree tree_;  // of the interfaces
 };
 
 }  // namespace calor

@@ -18,7 +18,7 @@ Surface read_surface(const std::string& path, const SourceLocation& named) {
                                               : nullptr;
   if (!read)
     throw Error(Fault::bad_case, named, fmt::format("the file \"{}\" is no surface by its name", path),
-                "surfaces are read from .stl, .obj and .ply files");
+                "surfaces are read from .stl, .obj, .ply, .step and .brep files");
   const std::string contents = read_whole_file(path, named);
   const bool is_empty = std::ranges::all_of(contents, [](unsigned char c) { return std::isspace(c); });
   if (is_empty)

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "base/error.hpp"
 #include "surface/surface.hpp"
@@ -13,6 +14,11 @@ namespace calor {
 /// Reads a file by its ending: .stl, .obj or .ply. `named` is where the case names it. Throws Error(file) for a file
 /// that cannot be read, Error(bad_case) at line or byte for what is wrong in it.
 Surface read_surface(const std::string& path, const SourceLocation& named);
+
+/// The solids of a STEP or BREP file, each with its surface, not welded, not oriented; of STEP in m. `chord`: how long
+/// facets may be, m. Faces have the names of groups of surfaces, else face1, ... Throws Error(file) where the program
+/// gmsh is not installed, Error(bad_case) for what it cannot read.
+std::vector<Surface> read_drawing(const std::string& path, const SourceLocation& named, double chord);
 
 // The formats, given the contents of a file; `path` stands in messages.
 
