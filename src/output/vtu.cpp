@@ -281,12 +281,6 @@ std::vector<std::array<Vec3, 4>> outlines_of(const Cloud& cloud) {
     const auto of_facet = [&](const auto& all) { return std::span(all).subspan(begin, count); };
     outlines.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
   }
-<<<<<<< HEAD
-}
-
-void FieldWriter::open() {
-  make_folder(cloud_.comm, folder_ + "/fields");
-=======
   return outlines;
 }
 
@@ -342,8 +336,10 @@ FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Lab
     : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
   add_labels_of_points(cloud, of_points_), add_labels_of_facets(cloud, of_facets_);
   outlines_ = outlines_of(cloud);
-  make_folder(cloud.comm, folder_ + "/fields");
->>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
+}
+
+void FieldWriter::open() {
+  make_folder(cloud_.comm, folder_ + "/fields");
   write_collections();
 }
 
@@ -359,40 +355,9 @@ void FieldWriter::exchange(Archive& archive) {
 
 void FieldWriter::write(double t, const std::vector<Field>& points, const std::vector<Field>& facets) {
   const std::string number = fmt::format("{:04}", written_.size());
-<<<<<<< HEAD
-  Piece cloud{.type = "UnstructuredGrid", .cells = "Cells", .data = "PointData", .count = cloud_.owned};
-  cloud.values = arrays_of(points, cloud.count);
-  cloud.values.push_back(
-      array<double>("Float64", "volume [m^3]", 1, cloud.count, [&](int i, int) { return cloud_.volume[i]; }));
-  cloud.values.push_back(
-      array<double>("Float64", "spacing [m]", 1, cloud.count, [&](int i, int) { return cloud_.spacing[i]; }));
-  add_labels(t, of_points_, cloud);
-  add_cells([&](int i) -> const Vec3& { return cloud_.x[i]; }, cloud);
-  write_grid(cloud_.comm, folder_ + "/fields", "fields_" + number, cloud);
-
-  const int corners = cloud_.dimension == 3 ? 4 : cloud_.dimension;
-  Piece surface{.type = "PolyData",
-                .cells = corners == 4   ? "Polys"
-                         : corners == 2 ? "Lines"
-                                        : "Verts",
-                .data = "CellData",
-                .count = static_cast<int>(cloud_.facets.size()),
-                .corners = corners};
-  surface.values = arrays_of(facets, surface.count);
-  surface.values.push_back(
-      array<double>("Float64", "area [m^2]", 1, surface.count, [&](int n, int) { return cloud_.facets[n].area; }));
-  surface.values.push_back(
-      array<double>("Float64", "normal", 3, surface.count, [&](int n, int c) { return cloud_.facets[n].normal[c]; }));
-  add_labels(t, of_facets_, surface);
-  add_cells([&](int n) -> const Vec3& { return outlines_[n / corners][n % corners]; }, surface);
-  write_grid(cloud_.comm, folder_ + "/fields", "surface_" + number, surface);
-
-  written_.push_back({t, size_of(cloud_.comm) > 1});
-=======
   write_points(cloud_, t, folder_ + "/fields", "fields_" + number, points, of_points_);
   write_surface(cloud_, outlines_, t, folder_ + "/fields", "surface_" + number, facets, of_facets_);
-  written_.emplace_back(t, number);
->>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
+  written_.push_back({t, size_of(cloud_.comm) > 1});
   write_collections();
 }
 

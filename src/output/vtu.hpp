@@ -55,17 +55,12 @@ class FieldWriter {
   const Cloud& cloud_;
   std::string folder_;
   std::vector<Label> of_points_, of_facets_;
-<<<<<<< HEAD
   std::vector<std::array<Vec3, 4>> outlines_;  ///< of the facets
   struct Written {
     double t;         ///< s
     bool is_divided;  ///< into pieces of several ranks
   };
   std::vector<Written> written_;
-=======
-  std::vector<std::array<Vec3, 4>> outlines_;            ///< of the facets of Cloud::facets
-  std::vector<std::pair<double, std::string>> written_;  ///< times, and "0000", ...
->>>>>>> 7b4c4b5 (Bodies: interfaces know their normals; calor cloud; STEP and BREP by gmsh; spacings by formula)
 };
 
 }  // namespace calor
