@@ -58,7 +58,30 @@ class Contract(unittest.TestCase):
         self.assertIn("# mine", (self.here / "plate.toml").read_text())
         self.calor("run", "plate.toml")
 
-        for verb in ("run", "check", "cloud", "verify", "new", "examples", "doc", "help"):
+    def test_new_offers_starters_and_copies_examples_with_the_files_that_they_name(self):
+        offered = [line.split()[2] for line in self.calor("new").stdout.splitlines() if line.startswith("calor new ")]
+        self.assertEqual(offered, ["plate", "rod", "disc", "weld", "coating", "shock", "crack"])
+        for name in offered:
+            self.calor("new", name)
+            self.calor("check", f"{name}.toml")
+        self.calor("new", "there/mine", "--from", "axisymmetric/thermal-shock")
+        self.calor("check", "there/mine.toml")
+        self.assertTrue((self.here / "there/rong-kisu/reference/thermal-shock-1023.csv").exists())
+        self.assertIn("take one of", self.calor("new", "x", "--from", "thermal-shock", code=2).stderr)
+        self.assertIn("did you mean 'weld'?", self.calor("new", "x", "--from", "welds", code=2).stderr)
+        listed = self.calor("examples").stdout
+        self.assertGreater(listed.count("\nrong-kisu/"), 10)
+        self.assertLessEqual(max(map(len, listed.splitlines())), 80)
+        self.assertIn("start/weld ", self.calor("examples", "weld").stdout)
+        self.assertNotIn("start/rod ", self.calor("examples", "weld").stdout)
+
+    def test_cloud_writes_the_points_and_nothing_else(self):
+        self.calor("new", "plate")
+        before = set(self.here.iterdir())
+        said = self.calor("cloud", "plate.toml", "-o", "points").stdout
+        for word in ("points", "spacing", "volume", "neighbours", "evenness", "face"):
+            self.assertIn(word, said)
+        self.assertEqual({f.name for f in set(self.here.iterdir()) - before}, {"points.vtu", "points-surface.vtp"})
 
     def test_check_says_sizes_and_step_and_memory_and_writes_nothing(self):
         self.calor("new", "plate")
