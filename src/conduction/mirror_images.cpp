@@ -173,10 +173,13 @@ PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours
                       Layers layers, std::span<const PrescribedTerm> temperatures, const PairDirections& directions) {
   Neighbours& all = mirrored.neighbours;
   const auto pairs = [&] {
-    remove_pairs_without_weight(all, G);
     return std::make_unique<PairConduction>(cloud, parts, std::move(all), std::move(G), CrackBonds(), directions);
   };
-  if (all.mirrors.empty()) return {pairs(), nullptr};
+  if (all.mirrors.empty()) {
+    remove_pairs_without_weight(all, G);
+    return {pairs(), nullptr};
+  }
+  // Pairs without weight stay here: the image of one of their points may count, and the Jacobian has room for pairs.
   std::vector<int> part;
   if (!directions.of_parts.empty()) collective_try(cloud.comm, [&] { part = parts.at(cloud.x, cloud.tag); });
 
