@@ -19,7 +19,7 @@ import numpy as np
 
 from . import convergence, quantities, toml
 from .case import Case
-from .command import CaseError, CalorError, CommandError
+from .command import CaseError, CommandError
 from .result import Array, Result, split_unit
 
 LONGEST_STEP = 0.5    # of an unknown in one step, of its value
@@ -84,7 +84,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     if of_probe == ("report" in entry):
         raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
     name = entry["probe"] if of_probe else entry["report"]
-    kind = "K" if of_probe else {"heat_flow": "W", "mean": "K", "minimum": "K", "maximum": "K"}.get(name.split(".")[0], "m" if name.startswith("pool") else "")
+    kind = "K" if of_probe else {"heat_flow": "W", "mean": "K", "minimum": "K", "maximum": "K"}.get(name.split(".")[0], "m" if name.startswith(("largest_", "peak_")) else "")
     if of_probe and name not in probes:
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
     try:
@@ -343,4 +343,4 @@ def fit(case: Case | str, folder: str | pathlib.Path | None = None, *, j: int = 
     return found
 
 
-__all__ = ["CalorError", "Fit", "fit"]
+__all__ = ["Fit", "fit"]

@@ -22,16 +22,17 @@ void declare_studies(Schema& schema) {
   schema.add(
       {.path = "fit.data[]",
        .sentence = "Measurements: a column of a CSV file, or one value.",
-       .keys = {{"probe", Kind::text, "", optional, "The probe that measured it; or"},
-                {"report", Kind::text, "", optional,
-                 "a number of report.json at the end of the run, such as \"heat_flow.air\", W, or \"pool_width\", m."},
-                {"file", Kind::text, "", optional,
-                 "A CSV file, relative to the case, with a column time, such as \"time [s]\"."},
-                {"column", Kind::text, "", optional,
-                 "Its column with the measurements, such as \"tc1 [degC]\"; without it the only other one."},
-                {"value", Kind::raw_quantities, "", optional, "One value in place of a file."},
-                {"at", Kind::quantity, "s", optional, "Its time; the end of the run if absent."},
-                {"noise", Kind::raw_quantities, "", required, "Standard deviation of a measurement."}}});
+       .keys = {
+           {"probe", Kind::text, "", optional, "The probe that measured it; or"},
+           {"report", Kind::text, "", optional,
+            "a number of report.json at the end of the run, such as \"heat_flow.air\", W, or \"largest_width\", m."},
+           {"file", Kind::text, "", optional,
+            "A CSV file, relative to the case, with a column time, such as \"time [s]\"."},
+           {"column", Kind::text, "", optional,
+            "Its column with the measurements, such as \"tc1 [degC]\"; without it the only other one."},
+           {"value", Kind::raw_quantities, "", optional, "One value in place of a file."},
+           {"at", Kind::quantity, "s", optional, "Its time; the end of the run if absent."},
+           {"noise", Kind::raw_quantities, "", required, "Standard deviation of a measurement."}}});
   schema.add({.path = "study",
               .sentence = "What `calor study` runs; a run takes no notice of it.",
               .keys = {{"values", Kind::table, "", optional,

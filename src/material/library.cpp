@@ -60,6 +60,7 @@ const std::vector<LibraryMaterial>& material_library() {
   static const std::string special_metals = "Special Metals, Inconel alloy 625 (SMC-063)",
                            snead = "Snead et al., J. Nucl. Mater. 371 (2007) 329, high-purity beta SiC, dense",
                            kim = "Kim, ANL-75-55 (1975), type 316", fink = "Fink, J. Nucl. Mater. 279 (2000) 1";
+  static const std::string crc = "CRC Handbook of Chemistry and Physics, section 6, properties of ice";
   static const std::string en2 = "EN 1992-1-2:2004, clause ";
   static const std::vector<LibraryMaterial> all = {
       {"Inconel 625",
@@ -130,16 +131,10 @@ const std::vector<LibraryMaterial>& material_library() {
         concrete_specific_heat},
        293,
        1473},
-      {"gypsum plasterboard",
-       {"0.21 W/(m K)", "", "EN ISO 10456:2007, table 3"},
-       {"700 kg/m^3", "", "EN ISO 10456:2007, table 3"},
-       {"1000 J/(kg K)", "", "EN ISO 10456:2007, table 3"},
-       273,
-       320},
       {"ice",
-       {"1.88 W/(m K)", "", incropera + "table A.3, 273 K"},
-       {"920 kg/m^3", "", incropera + "table A.3, 273 K"},
-       {"2040 J/(kg K)", "", incropera + "table A.3, 273 K"},
+       {"table from -20 to 0 degC: 2.4 to 2.14", "W/(m K)", crc, nullptr, {{-20, 2.4}, {-10, 2.3}, {0, 2.14}}},
+       {"917 kg/m^3", "", crc + ", 0 degC"},
+       {"table from -20 to 0 degC: 1960 to 2110", "J/(kg K)", crc, nullptr, {{-20, 1960}, {-10, 2030}, {0, 2110}}},
        253,
        273},
       {"alumina",
