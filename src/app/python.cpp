@@ -11,15 +11,16 @@
 namespace calor {
 namespace {
 
-/// The folder that holds the package.
+/// The folder that holds the package: of an installation, of Debian's package, or of the source tree.
 std::string package_folder() {
   namespace fs = std::filesystem;
   const fs::path command = fs::read_symlink("/proc/self/exe").parent_path();
-  const std::initializer_list<fs::path> places = {command / "../share/calor/python", command / "../../python"};
+  const std::initializer_list<fs::path> places = {command / "../share/calor/python",
+                                                   command / "../lib/python3/dist-packages", command / "../../python"};
   for (const fs::path& place : places)
     if (std::error_code none; fs::exists(place / "calor" / "__main__.py", none)) return fs::canonical(place);
   throw Error(Fault::command, "the Python package of calor is not beside the command",
-              "install calor as a whole (cmake --install), or run the command of a build in its source tree");
+              "install python3-calor, or calor as a whole (cmake --install), or run the command of a build in its source tree");
 }
 
 }  // namespace

@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
-"""CITATION.cff and the newest release of CHANGELOG.md carry the version that CMakeLists.txt names, and one date."""
+"""CITATION.cff, the newest release of CHANGELOG.md and the recipes of packaging/ carry the version that CMakeLists.txt names,
+and one date."""
 import pathlib
 import re
 import sys
@@ -16,6 +17,10 @@ def first(file, pattern):
 released, date = first("CHANGELOG.md", r"^## \[(\d\S*)\] - (\d{4}-\d{2}-\d{2})$")
 (cited,) = first("CITATION.cff", r"^version: (\S+)$")
 (cited_date,) = first("CITATION.cff", r"^date-released: (\S+)$")
+for recipe, pattern in (("spack/package.py", r'^    version\("(\S+)"\)$'), ("conda/meta.yaml", r'^{% set version = "(\S+)" %}$')):
+    (packaged,) = first(f"packaging/{recipe}", pattern)
+    if packaged != version:
+        sys.exit(f"CMakeLists.txt: {version}, packaging/{recipe}: {packaged}")
 if (version, version, date) != (released, cited, cited_date):
     sys.exit(f"CMakeLists.txt: {version}, CHANGELOG.md: {released} of {date}, CITATION.cff: {cited} of {cited_date}")
 print(f"{version} of {date}")

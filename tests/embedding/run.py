@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Installs calor, builds examples/embedding with the installed package alone, and runs it: run.py CMAKE BUILD_FOLDER"""
+import gzip
 import pathlib
 import subprocess
 import sys
@@ -45,7 +46,7 @@ class Embedding(unittest.TestCase):
 
     def test_the_installed_command_runs_and_has_a_manual_page(self):
         version = self.do(self.prefix / "bin/calor", "--version").stdout.strip()
-        page = (self.prefix / "share/man/man1/calor.1").read_text()
+        page = gzip.decompress((self.prefix / "share/man/man1/calor.1.gz").read_bytes()).decode()
         self.assertIn(f'"{version}"', page)
         for verb in ("run", "check", "verify", "new", "examples", "doc", "help"):
             self.assertIn(f".B {verb}\n", page)
