@@ -16,11 +16,12 @@ std::string package_folder() {
   namespace fs = std::filesystem;
   const fs::path command = fs::read_symlink("/proc/self/exe").parent_path();
   const std::initializer_list<fs::path> places = {command / "../share/calor/python",
-                                                   command / "../lib/python3/dist-packages", command / "../../python"};
+                                                  command / "../lib/python3/dist-packages", command / "../../python"};
   for (const fs::path& place : places)
     if (std::error_code none; fs::exists(place / "calor" / "__main__.py", none)) return fs::canonical(place);
-  throw Error(Fault::command, "the Python package of calor is not beside the command",
-              "install python3-calor, or calor as a whole (cmake --install), or run the command of a build in its source tree");
+  throw Error(
+      Fault::command, "the Python package of calor is not beside the command",
+      "install python3-calor, or calor as a whole (cmake --install), or run the command of a build in its source tree");
 }
 
 }  // namespace
