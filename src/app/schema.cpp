@@ -7,6 +7,7 @@
 #include "conduction/method.hpp"
 #include "material/material_field.hpp"
 #include "output/expect.hpp"
+#include "output/observer.hpp"
 #include "output/probes.hpp"
 #include "output/weld.hpp"
 #include "solve/initial.hpp"
@@ -28,6 +29,7 @@ Schema schema() {
   declare_time(s);
   declare_probes(s);
   declare_weld(s);
+  observers().declare(s);
   declare_expect(s);
   declare_studies(s);
   return s;

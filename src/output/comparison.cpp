@@ -6,35 +6,70 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "base/parallel.hpp"
-#include "output/expect.hpp"
 
 namespace calor {
 
-const std::vector<Quantity>& quantities() {
-  static const std::vector<Quantity> all = {
-      {"temperature", "K", "temperatures", "T"},
-      {"conductivity", "W/(m K)", "conductivities", "k"},
-      {"volumetric_heat_capacity", "J/(m^3 K)", "volumetric heat capacities", "rho c"},
-      {"volume_fraction", "", "volume fractions", "v"},
-      {"peak_temperature", "K", "peak temperatures", "T"},
-      {"cooling_time", "s", "cooling times", "t"},
-      {"extent", "m", "extents", "length", true},
-      {"average_temperature", "K", "average temperatures", "T", true},
-      {"heat_flow", "W", "heat flows", "heat flow", true},
-      {"mean", "K", "mean temperatures", "T", true},
-      {"minimum", "K", "lowest temperatures", "T", true},
-      {"maximum", "K", "highest temperatures", "T", true}};
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// By the tolerance of the k-th time.
+Verdict verdict_at(const Comparison& e, std::size_t k) {
+  const Tolerance& tolerance = e.tolerance(k);
+  const Result result = e.results[k].value_or(Result{nan, nan, nan});
+  return {.what = e.name,
+          .norm = e.probe >= 0 || e.quantity->is_of_body ? "value" : e.table.text("norm"),
+          .unit = tolerance.is_relative ? "%" : e.quantity->unit,
+          .error = result.error,
+          .tolerance = tolerance.value,
+          .passed = e.passes(result.error, k),
+          .value = result.value,
+          .reference = result.reference,
+          .value_unit = e.quantity->unit,
+          .least = e.least(k),
+          .worst_place = result.place,
+          .source = e.table.has("source") ? e.table.text("source") : ""};
+}
+
+}  // namespace
+
+std::vector<Verdict> verdicts_of(const Comparison& e) {
+  std::vector<Verdict> all;
+  const bool is_joint = e.within.size() == 1 && e.times.size() > 1;
+  const auto error_at = [&](std::size_t n) { return e.results[n] ? e.results[n]->error : nan; };
+  for (std::size_t first = 0; first < e.within.size(); ++first) {
+    std::size_t k = first;
+    if (is_joint)
+      for (std::size_t n = 0; n < e.times.size(); ++n)
+        if (!(error_at(n) <= error_at(k)) && !std::isnan(error_at(k))) k = n;
+    Verdict v = verdict_at(e, k);
+    if (is_joint)
+      v.what += fmt::format(" at {} times, worst at {:g} s", e.times.size(), e.times[k]);
+    else if (!e.is_steady)
+      v.what += fmt::format(" at {:g} s", e.times[k]);
+    if (!e.results[k]) v.what += " (never reached)";
+    all.push_back(std::move(v));
+  }
   return all;
 }
 
-const Quantity& quantity_of(const Table& table) {
-  if (!table.has("quantity"))
-    for (const Quantity& q : quantities())
-      if (table.has(q.name)) return q;
-  return *std::ranges::find(quantities(), table.text("quantity"), &Quantity::name);
+Verdict verdict_of(const ReportBound& b, const std::map<std::string, double>& report) {
+  Verdict v{
+      .what = b.name, .norm = b.is_upper ? "at most" : "at least", .unit = "", .error = nan, .tolerance = b.bound};
+  const auto found = report.find(b.number);
+  if (found == report.end()) {
+    std::vector<std::string> names;
+    for (const auto& [name, value] : report) names.push_back(name);
+    const std::string near = nearest(b.number, names);
+    v.what += near.empty() ? " (no such number in the report)" : fmt::format(" (did you mean {}?)", near);
+    return v;
+  }
+  v.error = v.value = found->second;
+  v.reference = b.bound;
+  v.passed = b.is_upper ? v.error <= b.bound : v.error >= b.bound;
+  return v;
 }
 
 std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose) {
@@ -151,70 +186,6 @@ double read_report_bound(const Table& table, const std::string& key) {
   if (written.size() != 1 || !written[0].second.empty())
     table.refuse(key, "the bound of a number of the report is one number without unit", "write it so, e.g. 1e-12");
   return written[0].first;
-}
-
-void declare_expect(Schema& schema) {
-  std::vector<std::string> names;
-  for (const Quantity& q : quantities()) names.push_back(q.name);
-  std::vector<Key> keys{
-      {"name", Kind::text, "", optional, "What the verdict is called; made from the other keys where absent."},
-      {"source", Kind::text, "", optional, "Where the expected number comes from."},
-      {"probe", Kind::text, "", optional, "Compare at this probe."},
-      {"field", Kind::flag, "", "false", "Compare at all points."},
-      {"report", Kind::text, "", optional, "Compare this number of report.json, by at_most and at_least."},
-      {"quantity", Kind::choice, "", "temperature",
-       "What is compared. May be left out where a key of that name says of what: heat_flow = \"inside\".", names},
-      {"at", Kind::quantities, "s", optional, "Time or times of the comparison; the end where absent."},
-      {"reference", Kind::text, "", optional,
-       "CSV file with expected values, beside the case. With one column of coordinates (x, y, z or r) its rows "
-       "are "
-       "interpolated by cubics, with more they are matched to the points; a column t gives their times."},
-      {"column", Kind::text, "", "T", "Column of the reference file that holds the values."},
-      {"within", Kind::raw_quantities, "", optional,
-       "Allowed difference in the unit of the quantity or %: one, or one a time. One for several times is judged at "
-       "the worst of them."},
-      {"norm",
-       Kind::choice,
-       "",
-       "max",
-       "Over the points compared: the largest difference or the root of its mean square.",
-       {"max", "rms"}},
-      {"of",
-       Kind::choice,
-       "",
-       "value",
-       "What a difference in % is relative to: the reference at the point, the largest reference, or the span of the "
-       "references.",
-       {"value", "maximum", "range"}},
-      {"at_most", Kind::raw_quantities, "", optional, "Upper bound of a number of the report."},
-      {"at_least", Kind::raw_quantities, "", optional,
-       "Lower bound of a number of the report, or of the difference, for errors that are known: like 'within'."},
-  };
-  for (Key& key : where_keys("Compare at the points where this formula of x, y, z and r is true."))
-    keys.push_back(std::move(key));
-  schema.add({.path = "expect[]", .sentence = "What the result is compared with.", .keys = std::move(keys)});
-  for (const Quantity& q : quantities()) {
-    std::vector<Key> own{{"value", Kind::function, q.unit, optional, "Expected value, a function of place and time."}};
-    if (q.name == "volume_fraction")
-      own.push_back(
-          {"material", Kind::text, "", required, "Whose fraction; that of what fills the pores is the porosity."});
-    if (q.name == "heat_flow")
-      own.push_back({q.name, Kind::text, "", required,
-                     "Name of the boundary section or source; heat that flows into the body is positive."});
-    for (const char* summary : {"mean", "minimum", "maximum"})
-      if (q.name == summary)
-        own.push_back({q.name, Kind::text, "", required,
-                       "Name of the material, boundary section or face of the cloud whose temperature it is."});
-    if (q.name == "extent") own.push_back({"extent", Kind::text, "", required, "Name of the [weld.extent.*]."});
-    schema.add({.path = "expect[]",
-                .sentence = fmt::format("A comparison of {}.", q.plural),
-                .keys = std::move(own),
-                .when_key = "quantity",
-                .when_value = q.name});
-  }
-  schema.add({.path = "expect[].filter",
-              .sentence = "Rows of the reference file in which these columns have these values.",
-              .keys = {{"*", Kind::number, "", optional, "Name of a column and its value, as written in the file."}}});
 }
 
 }  // namespace calor

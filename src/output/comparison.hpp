@@ -3,6 +3,7 @@
 #include <mpi.h>
 
 #include <cstddef>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -11,21 +12,11 @@
 #include "base/function.hpp"
 #include "case/case.hpp"
 #include "cloud/cloud.hpp"
+#include "output/quantities.hpp"
 #include "output/reference.hpp"
+#include "output/report.hpp"
 
 namespace calor {
-
-/// What can be compared.
-struct Quantity {
-  std::string name, unit;
-  std::string plural;       // in sentences
-  std::string column;       // in the files of compared points
-  bool is_of_body = false;  // one number, rather than one a point
-};
-
-const std::vector<Quantity>& quantities();
-/// The quantity of an [[expect]]: named, or chosen by a key of its name.
-const Quantity& quantity_of(const Table& table);
 
 struct Tolerance {
   double value;  // in the unit of the quantity, or percent
@@ -41,6 +32,7 @@ struct Result {
 struct Comparison {
   Table table;
   const Quantity* quantity;
+  Measure measure;
   int number;  // place in the case, from 1
   std::string name;
   bool is_steady;
@@ -66,6 +58,11 @@ struct ReportBound {
   double bound;
   std::string name;
 };
+
+/// One verdict for every tolerance; where one holds for several times, the worst of them counts.
+std::vector<Verdict> verdicts_of(const Comparison& comparison);
+/// `report`: all numbers of the report.
+Verdict verdict_of(const ReportBound& bound, const std::map<std::string, double>& report);
 
 /// Exactly one of the keys is written; returns it.
 std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose);

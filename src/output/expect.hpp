@@ -8,21 +8,15 @@
 
 #include "case/case.hpp"
 #include "case/schema.hpp"
-#include "cloud/cloud.hpp"
-#include "material/material_field.hpp"
 #include "output/observer.hpp"
-#include "output/probes.hpp"
-#include "output/weld.hpp"
+#include "output/quantities.hpp"
 
 namespace calor {
 
 class Expectations : public Observer {
  public:
   /// Checks names, times and files of all [[expect]] now, not at the end. Collective.
-  /// `weld`: null where the case has no [weld].
-  /// `system`: null where nothing of the balance can be expected.
-  Expectations(const Case& c, const Cloud& cloud, const MaterialField& material, const Probes& probes,
-               const WeldResults* weld, const std::string& folder, HeatSystem* system = nullptr);
+  Expectations(const Case& c, const Results& results, const std::string& folder);
   ~Expectations() override;
 
   std::vector<double> times() const override;
@@ -34,7 +28,7 @@ class Expectations : public Observer {
   /// expect-<n>.csv in the folder. T: temperatures of the owned points. Collective.
   void observe(const State& state, bool last, std::span<const double> T);
   /// Verdicts in the order of the case; `report` serves expectations on numbers of the report.
-  std::vector<Verdict> verdicts(const std::map<std::string, double>& report);
+  std::vector<Verdict> verdicts(const std::map<std::string, double>& report) const;
 
  private:
   struct Impl;

@@ -1,11 +1,13 @@
 #pragma once
-// What is looked at and written while a case runs. An observer is one file and one line in observers.cpp.
+// What is looked at and written while a case runs. An observer is one file and one line in a registry.
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "case/case.hpp"
+#include "case/registry.hpp"
 #include "output/report.hpp"
 #include "solve/heat_system.hpp"
 
@@ -76,11 +78,21 @@ struct RunSetup {
   bool is_steady() const { return description.root().has("steady"); }
 };
 
+struct ObserverKind {
+  std::string name;
+  std::string sentence;
+  void (*declare)(Schema& schema) = nullptr;  ///< its own keys
+  /// Null where a run has no use for it. Refuses what the case asks of it and cannot have. Collective; throws Error.
+  std::function<std::unique_ptr<Observer>(const RunSetup& run)> make;
+};
+/// In the order in which they look.
+Registry<ObserverKind>& observers();
+
 using Observers = std::vector<std::unique_ptr<Observer>>;
-/// All observers of a run. Refuses what the case asks of them and cannot have. Collective; throws Error.
+/// All observers of a run; those that give the verdicts come last. Collective; throws Error.
 Observers make_observers(const RunSetup& run);
 
-// The observers, each in its own file; null where a run has no use for it.
+// The observers, each in its own file.
 std::unique_ptr<Observer> make_progress(const RunSetup& run);
 std::unique_ptr<Observer> make_weld_log(const RunSetup& run);
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run);

@@ -13,6 +13,7 @@
 #include "cloud/cells.hpp"
 #include "source/box_body.hpp"
 #include "source/path.hpp"
+#include "source/posed_profile.hpp"
 
 namespace calor {
 namespace {
@@ -20,69 +21,6 @@ namespace {
 constexpr double infinity = std::numeric_limits<double>::infinity();
 /// A source whose place has left the body still gives all of its heat while this part of it would fall inside.
 constexpr double least_part_inside = 1e-3;
-
-/// A source at one time: its profile in the axes of the coordinates.
-class Placed {
- public:
-  Placed(const SourceProfile& profile, const Pose& pose, int dimension)
-      : profile_(profile), x0_(pose.place), dimension_(dimension) {
-    Vec3 normal;
-    normal[profile.axis] = profile.into;
-    // Motion along the normal, as over a curved face, does not tilt the source.
-    along_ = pose.direction - dot(pose.direction, normal) * normal;
-    if (norm(along_) < 1e-6) along_ = Vec3{}, along_[(profile.axis + 1) % 3] = 1;
-    along_ *= 1 / norm(along_);
-    across_ = cross(normal, along_);
-  }
-
-  /// Is the density a product over the axes of the coordinates?
-  bool is_product() const {
-    return profile_.is_round || std::max({std::abs(along_.x), std::abs(along_.y), std::abs(along_.z)}) > 1 - 1e-12;
-  }
-  /// Integral between two coordinates of one factor of the product.
-  double between(int axis, double low, double high) const {
-    const bool forward = factor_sign(axis) > 0;
-    const double a = forward ? low - x0_[axis] : x0_[axis] - high, b = forward ? high - x0_[axis] : x0_[axis] - low;
-    const AxisProfile& p = factor(axis);
-    return p.below(b) - p.below(a);
-  }
-  const AxisProfile& factor(int axis) const {
-    if (axis == profile_.axis) return profile_.depth;
-    return profile_.is_round || std::abs(along_[axis]) > 0.5 ? profile_.along : profile_.across;
-  }
-
-  /// One factor of the product, 1/m.
-  double density(int axis, double x) const { return factor(axis).density(factor_sign(axis) * (x - x0_[axis])); }
-  /// Per m^d; `even` profiles count as 1.
-  double density(const Vec3& x) const {
-    const Vec3 r = x - x0_;
-    double density = profile_.along.density(dot(r, along_));
-    if (dimension_ > 1 && density > 0) density *= profile_.across.density(dot(r, across_));
-    if (dimension_ > 2 && density > 0 && !profile_.depth.is_even() && !profile_.face)
-      density *= profile_.depth.density(profile_.into * r[profile_.axis]);
-    return density;
-  }
-  const Vec3& location() const { return x0_; }
-  /// Does the density change along this axis?
-  bool varies(int axis) const {
-    return axis < dimension_ && !(axis == profile_.axis && (profile_.face || profile_.depth.is_even()));
-  }
-  std::array<bool, 3> varies() const { return {varies(0), varies(1), varies(2)}; }
-  /// Along an axis; a profile that is no product over the axes may be turned in any way.
-  double reach(int axis) const {
-    return axis == profile_.axis ? profile_.depth.reach() : std::max(profile_.along.reach(), profile_.across.reach());
-  }
-
- private:
-  double factor_sign(int axis) const {
-    if (axis == profile_.axis) return profile_.into;
-    return profile_.is_round || along_[axis] > -0.5 ? 1 : -1;
-  }
-
-  const SourceProfile& profile_;
-  Vec3 x0_, along_, across_;
-  int dimension_;
-};
 
 class MovingSource final : public Source {
  public:
@@ -113,7 +51,7 @@ class MovingSource final : public Source {
     is_on_lattice_ = false;
     point_.clear(), share_.clear();
     if (asked_ == 0) return;
-    const Placed placed(profile_, *pose, cloud_.dimension);
+    const PosedProfile placed(profile_, *pose, cloud_.dimension);
     // Mirror images at the plane walls of a box give the walls no heat flux through them; elsewhere what falls beside
     // the body is made up for by a factor. Subdomains that overlap leave out or count twice what the images bring in,
     // too.
@@ -190,7 +128,7 @@ class MovingSource final : public Source {
 
   /// Exact integrals over the boxes of a lattice, as factors along its axes, 0 beyond the reach of the source; returns
   /// their sum.
-  double fill_factors(const Placed& placed, bool images) {
+  double fill_factors(const PosedProfile& placed, bool images) {
     double inside = 1;
     for (int axis = 0; axis < 3; ++axis) {
       std::vector<double>& f = factor_[axis];
@@ -224,7 +162,7 @@ class MovingSource final : public Source {
   /// The mirror images sign x + shift of a coordinate x of the body in both walls, repeated as far as the source
   /// reaches; without `images` only x itself.
   template <class Use>
-  void for_each_image(const Placed& placed, int axis, bool images, const Use& use) const {
+  void for_each_image(const PosedProfile& placed, int axis, bool images, const Use& use) const {
     use(1, 0);
     if (!images || !placed.varies(axis)) return;
     const double low = box_->low[axis], high = box_->high[axis], period = 2 * (high - low);
@@ -237,7 +175,7 @@ class MovingSource final : public Source {
     }
   }
 
-  void fill_samples(const Placed& placed, bool images) {
+  void fill_samples(const PosedProfile& placed, bool images) {
     // A column has the same density along its axis, over the length of the body.
     const double scale = 1 / cloud_.cross_section / (cloud_.dimension == 3 && profile_.depth.is_even() ? extent_ : 1);
     constexpr double sampled = 0.6;  // of the reach: 5 sigma; samples do not tell what lies beyond
@@ -274,7 +212,7 @@ class MovingSource final : public Source {
     return {samples_.row[row_[i]], samples_.row[row_[i] + 1]};
   }
 
-  void fill_facets(const Placed& placed, bool images) {
+  void fill_facets(const PosedProfile& placed, bool images) {
     for (const Facet& facet : cloud_.facets) {
       if (facet.face != *profile_.face) continue;
       const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], images);
@@ -284,7 +222,7 @@ class MovingSource final : public Source {
     }
   }
 
-  double density(const Placed& placed, const Vec3& x, bool images) const {
+  double density(const PosedProfile& placed, const Vec3& x, bool images) const {
     if (placed.is_product()) {
       double product = 1;
       for (int axis = 0; axis < cloud_.dimension && product > 0; ++axis) {

@@ -274,7 +274,7 @@ set  = { material.plate.fraction = { formula = "0.25" } }
 Verdict verdict(const std::string& expect) {
   const Built b(plate("voigt", linear, "porosity = 0.5") + "[[expect]]\n" + expect);
   const Probes probes(b.description, *b.model->cloud);
-  Expectations expectations(b.description, *b.model->cloud, b.material(), probes, nullptr, "");
+  Expectations expectations(b.description, {*b.model->cloud, b.material(), probes}, "");
   expectations.observe({}, true, std::vector<double>(b.points(), 300));
   return expectations.verdicts({}).at(0);
 }
