@@ -14,6 +14,7 @@
 #include "output/observer.hpp"
 #include "output/probes.hpp"
 #include "output/temperature_unit.hpp"
+#include "output/thermal_stress.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
 
@@ -34,6 +35,7 @@ int check_case(const Case& c, MPI_Comm comm) {
                   .system = system,
                   .probes = probes,
                   .weld = WeldResults::make(c, system, probes, state, begin.E_before_walls),
+                  .stress = ThermalStress::make(c, system, probes),
                   .start_E = begin.E_before_walls,
                   .start = state,
                   .phases = phases});

@@ -15,6 +15,7 @@
 #include "output/files.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
+#include "output/thermal_stress.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
 
@@ -104,6 +105,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .system = system,
                        .probes = probes,
                        .weld = WeldResults::make(c, system, probes, state, begin.E_before_walls),
+                       .stress = ThermalStress::make(c, system, probes),
                        .start_E = begin.E_before_walls,
                        .start = state,
                        .folder = options.folder,

@@ -9,6 +9,7 @@
 #include "output/expect.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
+#include "output/thermal_stress.hpp"
 #include "output/weld.hpp"
 #include "solve/initial.hpp"
 #include "solve/integrator.hpp"
@@ -29,6 +30,7 @@ Schema schema() {
   declare_time(s);
   declare_probes(s);
   declare_weld(s);
+  declare_stress(s);
   observers().declare(s);
   declare_expect(s);
   declare_studies(s);

@@ -127,7 +127,8 @@ NumberWithUnit split_quantity(const std::string& text) {
     throw std::invalid_argument("'" + text + "' does not start with a number");
   }
   const std::string unit = trimmed(std::string(rest, last));
-  if (!unit.empty() && std::string(".,+0123456789").find(unit[0]) != std::string::npos) {
+  const bool is_reciprocal = unit.starts_with("1/");  // "2e-5 1/K"
+  if (!unit.empty() && !is_reciprocal && std::string(".,+0123456789").find(unit[0]) != std::string::npos) {
     throw std::invalid_argument("'" + text + "' is not one number and a unit; decimals follow a point");
   }
   return {value, unit};

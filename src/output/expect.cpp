@@ -26,14 +26,14 @@ struct Expectations::Impl {
   Results results;
   const Cloud& cloud = results.cloud;
   std::string folder;
-  std::vector<Comparison> comparisons;
-  std::vector<ReportBound> bounds;
+  std::vector<Comparison> comparisons = {};
+  std::vector<ReportBound> bounds = {};
   // What every [[expect]] became: comparison or bounds, by their first index.
   struct Entry {
     bool is_report;
     std::size_t first, count;
   };
-  std::vector<Entry> entries;
+  std::vector<Entry> entries = {};
 
   void read_report(const Table& table);
   void read_comparison(const Case& c, const Table& table, const std::string& subject);
@@ -274,7 +274,8 @@ std::unique_ptr<Observer> make_expectations(const RunSetup& run) {
                                                 .material = run.system.material(),
                                                 .probes = run.probes,
                                                 .weld = run.weld,
-                                                .balance = std::make_shared<Balance>(run.system)},
+                                                .balance = std::make_shared<Balance>(run.system),
+                                                .stress = run.stress},
                                         run.folder);
 }
 

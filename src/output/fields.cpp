@@ -8,6 +8,7 @@
 #include "output/facet_fields.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
+#include "output/thermal_stress.hpp"
 #include "output/vtu.hpp"
 #include "output/weld.hpp"
 
@@ -88,6 +89,16 @@ void Fields::write(const Moment& m) {
   if (const WeldResults* weld = run_.weld.get()) {
     fields.push_back({"peak temperature [K]", 1, weld->points().peak()});
     if (weld->has_cooling()) fields.push_back({"cooling time [s]", 1, weld->points().cooling()});
+  }
+  std::vector<std::vector<double>> stresses;
+  if (const ThermalStress* stress = run_.stress.get()) {
+    const Deformation deformation = stress->deformation(m.u());
+    collective_try(run_.comm(), [&] {
+      for (std::size_t n = 0; n < stress->components().size(); ++n)
+        stresses.push_back(stress->at_points(deformation, n, T));
+    });
+    for (std::size_t n = 0; n < stresses.size(); ++n)
+      fields.push_back({stress->components()[n] + " [Pa]", 1, stresses[n]});
   }
   writer_->write(t, fields, {{"temperature [K]", 1, T_walls}, {"heat flux into the body [W/m^2]", 1, q_walls}});
 }

@@ -15,6 +15,7 @@ namespace calor {
 
 class Archive;
 class Probes;
+class ThermalStress;
 class WeldResults;
 
 /// A moment of a run.
@@ -67,11 +68,12 @@ struct RunSetup {
   const Case& description;
   HeatSystem& system;
   const Probes& probes;
-  std::shared_ptr<WeldResults> weld;   ///< null where the case has no [weld]
-  const std::vector<double>& start_E;  ///< enthalpies of the owned points before walls were imposed, J
-  const State& start;                  ///< walls imposed; the state of the run itself, as it goes on
-  std::string folder = "";             ///< of the results; empty: nothing is written
-  bool is_quiet = true;                ///< no progress line
+  std::shared_ptr<WeldResults> weld;                 ///< null where the case has no [weld]
+  std::shared_ptr<const ThermalStress> stress = {};  ///< null where the case has no [stress]
+  const std::vector<double>& start_E;                ///< enthalpies of the owned points before walls were imposed, J
+  const State& start;                                ///< walls imposed; the state of the run itself, as it goes on
+  std::string folder = "";                           ///< of the results; empty: nothing is written
+  bool is_quiet = true;                              ///< no progress line
   Phases& phases;
 
   MPI_Comm comm() const { return system.cloud().comm; }
@@ -97,6 +99,7 @@ std::unique_ptr<Observer> make_progress(const RunSetup& run);
 std::unique_ptr<Observer> make_weld_log(const RunSetup& run);
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run);
 std::unique_ptr<Observer> make_balance_log(const RunSetup& run);
+std::unique_ptr<Observer> make_stress_log(const RunSetup& run);
 std::unique_ptr<Observer> make_probe_log(const RunSetup& run);
 std::unique_ptr<Observer> make_extremes(const RunSetup& run);
 std::unique_ptr<Observer> make_fields(const RunSetup& run);

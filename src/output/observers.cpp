@@ -9,6 +9,7 @@ Registry<ObserverKind>& observers() {
       {.name = "weld", .sentence = "peaks, cooling times and extents of the melt", .make = make_weld_log},
       {.name = "energy", .sentence = "the heat stored and exchanged", .make = make_energy_log},
       {.name = "balance", .sentence = "heat flows, and temperatures of materials and faces", .make = make_balance_log},
+      {.name = "stress", .sentence = "thermal stress", .make = make_stress_log},
       {.name = "probes", .sentence = "temperatures at the probes", .make = make_probe_log},
       {.name = "extremes", .sentence = "the lowest and the highest temperature", .make = make_extremes},
       {.name = "fields", .sentence = "fields for ParaView", .make = make_fields},

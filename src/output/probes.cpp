@@ -256,9 +256,10 @@ Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs, const Parts*
   ask(dofs);
 }
 
-Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs)
+Probes::Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs,
+               const Parts* parts)
     : comm_(cloud.comm), first_slot_{0} {
-  for (std::size_t p = 0; p < places.size(); ++p) add(cloud, {}, places[p], names[p], {});
+  for (std::size_t p = 0; p < places.size(); ++p) add(cloud, {parts, nullptr}, places[p], names[p], {});
   ask(dofs);
 }
 

@@ -28,7 +28,8 @@ class Probes {
   /// these are fields like any other. `parts`: null for a body of one part. Collective.
   Probes(const Case& c, const Cloud& cloud, const Dofs* dofs = nullptr, const Parts* parts = nullptr);
   /// At given places (m), for other users. Collective.
-  Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs = nullptr);
+  Probes(const Cloud& cloud, std::vector<std::string> names, std::vector<Vec3> places, const Dofs* dofs = nullptr,
+         const Parts* parts = nullptr);
 
   const std::vector<std::string>& names() const { return names_; }
   const std::vector<Vec3>& places() const { return places_; }

@@ -11,9 +11,11 @@ namespace calor {
 
 Registry<Quantity>& quantities() {
   static Registry<Quantity> all{
-      temperature_quantity(),      conductivity_quantity(), heat_capacity_quantity(), volume_fraction_quantity(),
-      peak_temperature_quantity(), cooling_time_quantity(), extent_quantity(),        average_temperature_quantity(),
-      heat_flow_quantity(),        mean_quantity(),         minimum_quantity(),       maximum_quantity()};
+      temperature_quantity(),      conductivity_quantity(),  heat_capacity_quantity(), volume_fraction_quantity(),
+      peak_temperature_quantity(), cooling_time_quantity(),  extent_quantity(),        average_temperature_quantity(),
+      heat_flow_quantity(),        mean_quantity(),          minimum_quantity(),       maximum_quantity(),
+      stress_quantity(),           radial_stress_quantity(), hoop_stress_quantity(),   lowest_stress_quantity(),
+      highest_stress_quantity(),   strain_quantity(),        curvature_quantity()};
   return all;
 }
 

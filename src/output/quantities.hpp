@@ -18,13 +18,16 @@
 
 namespace calor {
 
+class ThermalStress;
+
 /// What quantities are computed from. It outlives what is made of it.
 struct Results {
   const Cloud& cloud;
   const MaterialField& material;
   const Probes& probes;
-  std::shared_ptr<const WeldResults> weld = {};  ///< null where the case has no [weld]
-  std::shared_ptr<const Balance> balance = {};   ///< null where no balance is kept
+  std::shared_ptr<const WeldResults> weld = {};      ///< null where the case has no [weld]
+  std::shared_ptr<const Balance> balance = {};       ///< null where no balance is kept
+  std::shared_ptr<const ThermalStress> stress = {};  ///< null where the case has no [stress]
 };
 
 /// Computes the quantity of one [[expect]]. Collective; throws Error.
@@ -66,5 +69,12 @@ Quantity heat_flow_quantity();
 Quantity mean_quantity();
 Quantity minimum_quantity();
 Quantity maximum_quantity();
+Quantity stress_quantity();
+Quantity radial_stress_quantity();
+Quantity hoop_stress_quantity();
+Quantity lowest_stress_quantity();
+Quantity highest_stress_quantity();
+Quantity strain_quantity();
+Quantity curvature_quantity();
 
 }  // namespace calor

@@ -67,6 +67,7 @@ TEST(Quantities, AreANumberAndAUnit) {
   expect("20degC", 20, "degC");
   expect("+5 %", 5, "%");
   expect(".5", 0.5, "");
+  expect("1.2e-5 1/K", 1.2e-5, "1/K");
 }
 
 TEST(Quantities, WithoutAProperNumberAreRefused) {

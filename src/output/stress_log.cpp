@@ -1,0 +1,72 @@
+// stress.csv: the extreme stresses over time; section.csv: the stress of the section at the end.
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <limits>
+
+#include "base/archive.hpp"
+#include "base/parallel.hpp"
+#include "output/files.hpp"
+#include "output/observer.hpp"
+#include "output/thermal_stress.hpp"
+
+namespace calor {
+namespace {
+
+class StressLog : public Observer {
+ public:
+  explicit StressLog(const RunSetup& run) : run_(run), stress_(*run.stress) {
+    if (!run.folder.empty())
+      log_ = CsvLog(run.comm(), run.folder + "/stress.csv", "time [s],lowest [Pa],highest [Pa],strain,curvature [1/m]");
+  }
+
+  void begin() override { log_.open(); }
+  void exchange(Archive& archive) override {
+    std::array<double, 2> so_far{lowest_, highest_};
+    archive.values("extreme stresses", so_far);
+    lowest_ = so_far[0], highest_ = so_far[1];
+    log_.exchange(archive);
+  }
+  void record(const Moment& m) override {
+    m.temperatures();  // for the ghosts
+    const Deformation d = stress_.deformation(m.u());
+    lowest_ = std::min(lowest_, d.lowest), highest_ = std::max(highest_, d.highest);
+    log_.row(std::array{m.state().t, d.lowest, d.highest, d.strain, d.curvature});
+  }
+  void finish(const Moment& m, RunResult& result) override {
+    result.numbers.insert({{"lowest_stress", lowest_}, {"highest_stress", highest_}});
+    if (run_.folder.empty()) return;
+    m.temperatures();
+    write_section(stress_.deformation(m.u()));
+  }
+
+ private:
+  void write_section(const Deformation& d) const {
+    const bool is_disc = stress_.components().size() > 1, is_written_here = rank_of(run_.comm()) == 0;
+    std::string header = is_disc ? "s [m],r [m],T [K]" : "s [m],T [K]";
+    for (const std::string& component : stress_.components()) header += "," + component + " [Pa]";
+    write_in_turns(run_.comm(), run_.folder + "/section.csv", header, [&](std::FILE* file) {
+      for (std::size_t i = 0; is_written_here && i < d.T.size(); ++i) {
+        fmt::print(file, "{},", stress_.s()[i]);
+        if (is_disc) fmt::print(file, "{},", stress_.r()[i]);
+        fmt::print(file, "{}", d.T[i]);
+        for (const std::vector<double>& component : d.stress) fmt::print(file, ",{}", component[i]);
+        std::fputc('\n', file);
+      }
+    });
+  }
+
+  const RunSetup& run_;
+  const ThermalStress& stress_;
+  double lowest_ = std::numeric_limits<double>::infinity(), highest_ = -lowest_;
+  CsvLog log_;
+};
+
+}  // namespace
+
+std::unique_ptr<Observer> make_stress_log(const RunSetup& run) {
+  return run.stress ? std::make_unique<StressLog>(run) : nullptr;
+}
+
+}  // namespace calor
