@@ -15,10 +15,17 @@
 namespace calor {
 namespace {
 
+/// Gauss's rule with five places in [-1, 1]: place and weight.
+const std::array<std::pair<double, double>, 5> gauss{{{-0.906179845938664, 0.236926885056189},
+                                                      {-0.538469310105683, 0.478628670499366},
+                                                      {0, 0.568888888888889},
+                                                      {0.538469310105683, 0.478628670499366},
+                                                      {0.906179845938664, 0.236926885056189}}};
+
 /// A strain component at a place as a sum over degrees of freedom.
 struct StrainRow {
-  std::array<int, 6> dof{};
-  std::array<double, 6> value{};
+  std::array<int, 10> dof{};
+  std::array<double, 10> value{};
   int count = 0;
 
   void add(int d, double v) { dof[count] = d, value[count++] = v; }
@@ -64,8 +71,8 @@ class Plate final : public Kinematics {
   bool is_beam_;
 };
 
-/// A round plate whose temperature depends on radius and thickness: displacement and slope by quadratic elements along
-/// the radius; radial strain u' + s phi', hoop strain (u + s phi)/r.
+/// A round plate whose temperature depends on radius and thickness: displacement and slope by elements of fourth order
+/// along the radius; radial strain u' + s phi', hoop strain (u + s phi)/r.
 class Disc final : public Kinematics {
  public:
   Disc(double radius, const std::string& support) : width_(radius / elements) {
@@ -77,14 +84,15 @@ class Disc final : public Kinematics {
   }
   StrainRow strain(std::size_t component, double s, double r) const override {
     const int element = std::clamp(static_cast<int>(r / width_), 0, elements - 1);
-    const double xi = r / width_ - element;  // 0 to 1
-    const std::array<double, 3> N{(1 - xi) * (1 - 2 * xi), 4 * xi * (1 - xi), xi * (2 * xi - 1)};
-    const std::array<double, 3> dN{4 * xi - 3, 4 - 8 * xi, 4 * xi - 1};
+    const double xi = order * (r / width_ - element);  // 0, 1, ... at the nodes of the element
     StrainRow row;
-    for (int a = 0; a < 3; ++a) {
-      const int node = 2 * element + a;
-      // On the axis both are the same.
-      const double value = component == 0 || r == 0 ? dN[a] / width_ : N[a] / r;
+    for (int a = 0; a <= order; ++a) {
+      double shape = 1, slope = 0;
+      for (int b = 0; b <= order; ++b)
+        if (b != a) slope = (slope * (xi - b) + shape) / (a - b), shape *= (xi - b) / (a - b);
+      slope *= order / width_;
+      const int node = order * element + a;
+      const double value = component == 0 || r == 0 ? slope : shape / r;  // on the axis both are the same
       row.add(2 * node, value);
       row.add(2 * node + 1, s * value);
     }
@@ -98,18 +106,17 @@ class Disc final : public Kinematics {
   }
   std::vector<std::pair<double, double>> radii() const override {
     std::vector<std::pair<double, double>> all{{0, 0}};
-    const double off = std::sqrt(0.15);
     for (int e = 0; e < elements; ++e)
-      for (const auto& [xi, weight] : {std::pair(0.5 - off, 5. / 18), {0.5, 8. / 18}, {0.5 + off, 5. / 18}}) {
-        const double r = (e + xi) * width_;
-        all.emplace_back(r, weight * width_ * r);
+      for (const auto& [xi, weight] : gauss) {
+        const double r = (e + 0.5 + 0.5 * xi) * width_;
+        all.emplace_back(r, 0.5 * weight * width_ * r);
       }
     all.emplace_back(elements * width_, 0);
     return all;
   }
 
  private:
-  static constexpr int elements = 40, nodes = 2 * elements + 1;
+  static constexpr int elements = 12, order = 4, nodes = order * elements + 1;
   double width_;
 };
 
@@ -199,15 +206,14 @@ void ThermalStress::Impl::add_line(const Parts& parts, double radius, double w, 
   const Vec3 a = from + radius * outwards;
   const Parts::Segment segment{a, a + thickness * along, tag_from, tag_to};
   const Parts::Pieces pieces = parts.along({&segment, 1});
-  const double off = std::sqrt(0.15), aside = 1e-9 * thickness;
+  const double aside = 1e-9 * thickness;
   double begin = 0;
   for (const SegmentPiece& piece : pieces.piece) {
     const bool is_first = begin == 0, is_last = &piece == &pieces.piece.back();
     const double end = is_last ? thickness : piece.end * thickness, h = (end - begin) / pieces_a_part;
     add_place(is_first ? 0 : begin + aside, radius, 0);
     for (int n = 0; n < pieces_a_part; ++n)
-      for (const auto& [xi, share] : {std::pair(0.5 - off, 5. / 18), {0.5, 8. / 18}, {0.5 + off, 5. / 18}})
-        add_place(begin + (n + xi) * h, radius, share * h * w);
+      for (const auto& [xi, share] : gauss) add_place(begin + (n + 0.5 + 0.5 * xi) * h, radius, 0.5 * share * h * w);
     add_place(is_last ? thickness : end - aside, radius, 0);
     begin = end;
   }
@@ -232,7 +238,7 @@ ThermalStress::Impl::Impl(const Case& c, const HeatSystem& system, const Probes&
 
   const bool is_disc = kinematics->components.size() > 1;
   const int pieces_a_part =
-      std::clamp(static_cast<int>(std::ceil(thickness / finest_spacing(cloud))), 4, is_disc ? 12 : 256);
+      std::clamp(static_cast<int>(std::ceil(thickness / finest_spacing(cloud))), 4, is_disc ? 8 : 256);
   const std::vector<int> tags = tags_at(cloud, std::array{from, to});
   for (const auto& [radius, w] : kinematics->radii()) add_line(parts, radius, w, tags[0], tags[1], pieces_a_part);
 
