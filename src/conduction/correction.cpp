@@ -24,13 +24,6 @@ constexpr double floor_of_clip = 0.02;
 /// More than 5 do harm where volumes are those of cells, or areas are estimates.
 constexpr int fits_to_cells = 5, fits_on_irregular_points = 10;
 
-/// Axis of every face of a box: "xmin", "xmax", "ymin", ...
-std::vector<int> axes_of_faces(const Cloud& cloud) {
-  std::vector<int> axes;
-  for (const auto& face : cloud.faces) axes.push_back(face[0] - 'x');
-  return axes;
-}
-
 /// Faces with facets that have no images beyond them.
 std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) {
   if (neighbours.mirrors.empty()) return ~0u;
@@ -43,35 +36,6 @@ std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) 
 /// 2^-n for a pair that lies in n faces together.
 double share_of_pair(std::uint32_t shared_faces) {
   return 1.0 / static_cast<double>(std::uint64_t{1} << std::popcount(shared_faces));
-}
-
-/// Box lattice with a support of one layer: mirror the lattice at its walls and fold the mirrored pairs back.
-/// Points on the walls: a pair that lies in n walls together stands for 2^n pairs, so it gets 2^-n of its weight.
-/// Points at cell centres: a wall along which both lie adds the pair with the mirror image of one of them, one layer
-/// farther: its |x_ji|^2 is larger by d^2.
-std::vector<double> mirrored_lattice_weights(const Cloud& cloud, const Neighbours& neighbours,
-                                             std::span<const double> inside) {
-  const auto axes = axes_of_faces(cloud);
-  const std::uint32_t truncated = truncated_faces(cloud, neighbours);
-  const auto weight = [&](std::size_t squares) { return squares <= inside.size() ? inside[squares - 1] : 0.0; };
-  std::vector<double> G(neighbours.column.size());
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const int j = neighbours.column[n];
-      const Vec3 r = neighbours.x_ji(cloud.x, i, n);
-      const auto squares = static_cast<std::size_t>(std::lround(dot(r, r) / (cloud.spacing[i] * cloud.spacing[i])));
-      const std::uint32_t shared = cloud.on_faces[i] & cloud.on_faces[j] & truncated;
-      if (cloud.points_on_walls) {
-        G[n] = weight(squares) * share_of_pair(shared);
-        continue;
-      }
-      std::array<int, 3> walls = {};  // along which both lie, per axis
-      for (std::size_t f = 0; f < axes.size(); ++f) walls[axes[f]] += shared >> f & 1;
-      const auto [x, y, z] = walls;
-      G[n] = weight(squares) + (x + y + z) * weight(squares + 1) + (x * y + x * z + y * z) * weight(squares + 2);
-    }
-  }
-  return G;
 }
 
 /// A pair along a wall would meet its mirror image there: both share the wall's other side, so n common faces leave it
@@ -241,16 +205,17 @@ void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbo
 }
 
 std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
-                                       const BaseWeights& base_weights, std::span<const double> lattice_weights,
+                                       const BaseWeights& base_weights, const LatticeWeight& lattice_weight,
                                        CorrectionReport& report, int solves) {
   report = {};
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
 
-  if (cloud.box_lattice && !lattice_weights.empty()) {
-    auto G = mirrored_lattice_weights(cloud, neighbours, lattice_weights);
-    report.residual = largest_residual(cloud, neighbours, G);
-    report.lattice_shortcut = report.residual < 1e-10 + rounding_of_places(cloud);
-    if (report.lattice_shortcut) return G;
+  if (is_even_lattice(cloud) && lattice_weight) {
+    if (auto G = mirrored_lattice_weights(cloud, neighbours, lattice_weight, truncated_faces(cloud, neighbours))) {
+      report.residual = largest_residual(cloud, neighbours, *G);
+      report.lattice_shortcut = report.residual < 1e-10 + rounding_of_places(cloud);
+      if (report.lattice_shortcut) return std::move(*G);
+    }
   }
 
   std::vector<double> g = base_weights();

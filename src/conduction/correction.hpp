@@ -18,6 +18,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -69,14 +70,26 @@ using BaseWeights = std::function<std::vector<double>()>;
 /// Times that (L) is solved at most, each time from weights without the negative ones of the time before.
 constexpr int most_solves = 6;
 
+/// G |x_ji|^2 of two points `distance` spacings apart in an unbounded lattice, up to a factor common to all pairs; 0
+/// from some distance on.
+using LatticeWeight = std::function<double(double distance)>;
+
 /// Consistent weights from base weights: Sinkhorn scaling of the traces of (M), a fit of (M), then (L) by
-/// G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary areas. `lattice_weights`: G of a pair
-/// with |x_ji|^2 = 1, 2, 3 d^2 inside an unbounded box lattice of spacing d, for methods whose support ends there; then
-/// a box lattice takes its exact weights without any solve. Empty: no such weights. The result does not depend on the
-/// number of ranks. Collective; throws Error(numbers) where (L) has no solution.
+/// G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary areas. `lattice_weight`: with it an even
+/// lattice takes its exact weights without any solve (mirrored_lattice_weights). Empty: it does not. The result does
+/// not depend on the number of ranks. Collective; throws Error(numbers) where (L) has no solution.
 std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
-                                       const BaseWeights& base_weights, std::span<const double> lattice_weights,
+                                       const BaseWeights& base_weights, const LatticeWeight& lattice_weight,
                                        CorrectionReport& report, int solves = most_solves);
+
+/// Are the points those of an unjittered lattice in a box with one spacing along every axis?
+bool is_even_lattice(const Cloud& cloud);
+
+/// Weights of such a lattice in closed form: symmetric, consistent up to round-off, none negative. Images beyond
+/// `folded_faces` (bit f: faces[f]) are folded back, the others are in the lists. None where the body is too thin for
+/// that. Collective.
+std::optional<std::vector<double>> mirrored_lattice_weights(const Cloud& cloud, const Neighbours& neighbours,
+                                                            const LatticeWeight& weight, std::uint32_t folded_faces);
 
 /// Force f = G |x_ji| that two points on a line of a lattice would exchange if it were unbounded, up to a common
 /// factor: of how many intervals apart they are, and of their distance over the mean spacing along the axis of the

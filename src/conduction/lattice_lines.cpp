@@ -14,6 +14,7 @@
 #include "base/parallel.hpp"
 #include "cloud/lattice.hpp"
 #include "conduction/correction.hpp"
+#include "conduction/lattice_index.hpp"
 
 namespace calor {
 namespace {
@@ -120,13 +121,7 @@ std::optional<OnLine> on_line(const Lattice& lattice, const Cloud& cloud, const 
   const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n);
   if ((x_ji.x != 0) + (x_ji.y != 0) + (x_ji.z != 0) != 1) return std::nullopt;
   const LatticeIndex at_i = lattice.index(cloud.id[i]);
-  LatticeIndex at_j = lattice.index(cloud.id[neighbours.column[n]]);
-  if (const std::uint8_t walls = neighbours.image.empty() ? 0 : neighbours.image[n]; walls != 0) {
-    for (int a = 0; a < cloud.dimension; ++a) {
-      if (walls >> 2 * a & 1) at_j[a] = -1 - at_j[a];
-      if (walls >> 2 * a & 2) at_j[a] = 2 * lattice.box().points[a] - 1 - at_j[a];
-    }
-  }
+  const LatticeIndex at_j = index_of_neighbour(lattice, cloud, neighbours, n);
   const int axis = x_ji.x != 0 ? 0 : x_ji.y != 0 ? 1 : 2;
   return OnLine{axis, std::minmax(at_i[axis], at_j[axis])};
 }

@@ -1,6 +1,4 @@
 #include "conduction/peridynamics.hpp"
-#include "cloud/cracks.hpp"
-#include "conduction/cracked_pairs.hpp"
 
 #include <fmt/format.h>
 
@@ -12,6 +10,9 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "cloud/cracks.hpp"
+#include "cloud/lattice.hpp"
+#include "conduction/cracked_pairs.hpp"
 #include "conduction/mirror_images.hpp"
 
 namespace calor {
@@ -133,18 +134,27 @@ std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbour
 
 std::vector<double> peridynamic_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options,
                                         CorrectionReport& report, const PairDirections& directions) {
+  // G |x_ji|^2 of points r spacings apart, delta the horizon in spacings.
+  const auto conductance = [&](double r, double delta) {
+    const double whole = r <= delta * (1 + 1e-9) ? 1 : 0;
+    const double v = options.partial_volumes ? std::clamp(delta + 0.5 - r, 0.0, 1.0) : whole;
+    return v * std::pow(r, 2 - options.n);
+  };
   if ((cloud.lattice && !cloud.box_lattice) || !directions.of_parts.empty()) {
     const LineForce force = [&](std::int64_t /*steps*/, double distance, double spacing) {
       const double r = distance / spacing, delta = options.horizon.radius(spacing) / spacing;
-      const double whole = r <= delta * (1 + 1e-9) ? 1 : 0;
-      const double v = options.partial_volumes ? std::clamp(delta + 0.5 - r, 0.0, 1.0) : whole;
-      return v * std::pow(r, 1 - options.n) * std::pow(delta, options.n - 3);
+      return conductance(r, delta) / r * std::pow(delta, options.n - 3);
     };
     return lattice_line_weights(cloud, neighbours, force, report);
   }
   const BaseWeights base = [&] { return base_weights(cloud, neighbours, options); };
+  LatticeWeight on_lattice;
+  if (cloud.lattice) {
+    const double spacing = cloud.lattice->largest_dx();
+    on_lattice = [=](double r) { return conductance(r, options.horizon.radius(spacing) / spacing); };
+  }
   return directions.in_weights ? anisotropic_weights(cloud, neighbours, *directions.in_weights, base, report)
-                               : consistent_weights(cloud, neighbours, base, {}, report);
+                               : consistent_weights(cloud, neighbours, base, on_lattice, report);
 }
 
 std::vector<double> bond_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options) {

@@ -29,26 +29,6 @@ double power(double h, int n) {
   return p;
 }
 
-/// Weights inside an unbounded box lattice with h = d, divided by s = 1/D sum_j V_j F_ij r_ij^2, which is 1.013 in 2D
-/// and 1.020 in 3D: undivided, every transient would run faster by that. |x_ji|^2 = 1, 2, 3 d^2 are all that h = d
-/// reaches.
-std::vector<double> lattice_weights(const Cloud& cloud) {
-  const int D = cloud.dimension;
-  double d = cloud.owned > 0 ? cloud.spacing[0] : 0;
-  d = max(cloud.comm, d);
-  if (d == 0) return {};
-  const double V = power(d, D);
-  const double places[3][3] = {{2, 0, 0}, {4, 4, 0}, {6, 12, 8}};  // lattice points at distance 1, sqrt 2, sqrt 3
-  std::vector<double> F(D);
-  double s = 0;
-  for (int m = 0; m < D; ++m) {
-    F[m] = cubic_spline_F(std::sqrt(m + 1.0) * d, d, D);
-    s += places[D - 1][m] * V * F[m] * (m + 1) * d * d / D;
-  }
-  for (double& f : F) f = 2 * V * V * f / s * cloud.cross_section;
-  return F;
-}
-
 /// The smoothing that the case asks for, or what suits the cloud.
 double smoothing_of(const Table& options, bool exact_lattice) {
   if (!options.has("smoothing")) return exact_lattice ? 1 : 1.2;
@@ -157,8 +137,8 @@ std::vector<double> sph_consistent_weights(const Cloud& cloud, const Neighbours&
     return neighbour_line_weights(cloud, neighbours, report);
   const BaseWeights base = [&] { return sph_base_weights(cloud, neighbours, cloud.volume, smoothing); };
   if (directions.in_weights) return anisotropic_weights(cloud, neighbours, *directions.in_weights, base, report);
-  return consistent_weights(cloud, neighbours, base,
-                            one_layer && cloud.box_lattice ? lattice_weights(cloud) : std::vector<double>{}, report);
+  const LatticeWeight on_lattice = [&](double r) { return r * r * cubic_spline_F(r, smoothing, cloud.dimension); };
+  return consistent_weights(cloud, neighbours, base, on_lattice, report);
 }
 
 namespace {
