@@ -5,14 +5,14 @@
 #include <map>
 #include <numbers>
 
-#include "conduction/mirror_images.hpp"
+#include "cloud/lattice.hpp"
 #include "conduction/peridynamics.hpp"
 #include "method_clouds.hpp"
 
 namespace calor {
 namespace {
 
-struct Lattice {
+struct Weighted {
   Cloud cloud;
   Weights w;
 };
@@ -26,8 +26,8 @@ Weights bonds(const Cloud& cloud, double horizon, std::uint32_t faces = 0) {
   return w;
 }
 
-std::vector<Lattice> lattices() {
-  std::vector<Lattice> all;
+std::vector<Weighted> lattices() {
+  std::vector<Weighted> all;
   for (const bool on_walls : {true, false}) {
     for (const auto& points : {std::vector<std::int64_t>{12}, {2}, {9, 12}, {7, 2}, {2, 3}, {8, 9, 10}, {4, 2, 7}}) {
       const Cloud cloud = box_cloud(points, 0.1, {.section = points.size() < 3 ? 0.3 : 1, .on_walls = on_walls});
@@ -110,7 +110,9 @@ TEST(LatticeImages, KeepWallsWithImagesInTheListsAsTheyAre) {
   ASSERT_EQ(cloud.lattice->index(cloud.id[corner]), (LatticeIndex{7, 0, 0}));
   for (auto n = some.neighbours.row[corner]; n < some.neighbours.row[corner + 1]; ++n) {
     const Vec3 r = some.neighbours.x_ji(cloud.x, corner, n);
-    if (r.z > 0.25) EXPECT_NEAR(by_distance.at(std::lround(100 * dot(r, r))), some.G[n], 1e-15);
+    if (r.z > 0.25) {
+      EXPECT_NEAR(by_distance.at(std::lround(100 * dot(r, r))), some.G[n], 1e-15);
+    }
   }
 }
 
