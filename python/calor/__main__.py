@@ -1,4 +1,4 @@
-"""python3 -m calor plot|report|certify|fit|study ...: what the command `calor` starts for what runs have written, and for many runs."""
+"""python3 -m calor plot|report|certify|fit|study|optimise ...: what the command `calor` starts for what runs have written, and for many runs."""
 from __future__ import annotations
 
 import argparse
@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .result import Result
 
-PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil"}
+PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil",
+            "scipy": "python3-scipy"}
 
 
 def plane(text: str) -> tuple[str, float]:
@@ -60,6 +61,10 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     study.add_argument("values", metavar="key=[values]", nargs="*", help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]")
     study.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
     study.add_argument("-o", "--output", help="folder (default: results/CASE-study)")
+    optimise = verbs.add_parser("optimise", help="find the numbers of a case for which a result is best")
+    optimise.add_argument("case", metavar="CASE", help="case file with [optimise]")
+    optimise.add_argument("-o", "--output", help="folder (default: results/CASE-optimum)")
+    optimise.add_argument("--picture", help="file for a picture of composition, temperature and stress before and after")
     return parser.parse_args(words)
 
 
@@ -86,6 +91,19 @@ def write_study(options: argparse.Namespace) -> None:
     again = f", {done.reused} of them from before" if done.reused else ""
     failed = sum("failed" in row for row in done.rows)
     print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
+
+
+def write_optimum(options: argparse.Namespace) -> None:
+    from . import optimise
+    found = optimise.optimise(options.case, options.output, say=tell)
+    print(found.table())
+    print(f"{found.folder / 'optimum.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-best.toml'}")
+    if options.picture:
+        import matplotlib
+        matplotlib.use("Agg")
+        from .style import theme
+        with theme():
+            found.plot().savefig(options.picture)
 
 
 def write_certificate(options: argparse.Namespace) -> None:
@@ -136,6 +154,9 @@ def draw(options: argparse.Namespace) -> None:
         print(path)
 
 
+MANY_RUNS = {"certify": write_certificate, "fit": write_fit, "study": write_study, "optimise": write_optimum}
+
+
 def main(words: list[str]) -> int:
     options = read_arguments(words)
     try:
@@ -143,8 +164,8 @@ def main(words: list[str]) -> int:
         try:
             if options.verb == "plot":
                 draw(options)
-            elif options.verb in ("certify", "fit", "study"):
-                {"certify": write_certificate, "fit": write_fit, "study": write_study}[options.verb](options)
+            elif options.verb in MANY_RUNS:
+                MANY_RUNS[options.verb](options)
             else:
                 print(open_result(options).write_page(options.output))
         except (CalorError, ValueError) as error:

@@ -63,7 +63,7 @@ def quantities_of(result: Result) -> dict[str, Quantity]:
         pass
     for verdict in result.verdicts:
         if verdict.get("norm") == "value" and not verdict["what"].startswith("report"):
-            add(verdict["what"], verdict["unit"], verdict["unit"], verdict["value"])
+            add(verdict["what"], verdict["value_unit"], verdict["value_unit"], verdict["value"])
     for name, value in result.numbers.items():
         if name.startswith("heat_flow."):
             add(f"heat flow {name.removeprefix('heat_flow.')}", "W", "W", value)

@@ -9,7 +9,6 @@ import csv
 import json
 import math
 import pathlib
-import re
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
@@ -21,25 +20,13 @@ from . import convergence, quantities, toml
 from .case import Case
 from .command import CaseError, CommandError
 from .result import Array, Result, split_unit
+from .unknowns import line_of, read_unknown, Unknown
 
 LONGEST_STEP = 0.5    # of an unknown in one step, of its value
 DIFFERENCE = 1e-2     # of an unknown for a derivative: well above what adaptive steps and solvers leave
 CONVERGED = 0.1       # change of the unknowns in the end, of their standard deviations
 ALIKE = 0.9           # correlation of unknowns that can hardly be told apart
 VAGUE = 0.5           # standard deviation over the value of an unknown that the data do not tell
-
-
-@dataclass
-class Unknown:
-    """A number of the case, in its unit there."""
-
-    key: str
-    unit: str
-    start: float
-    low: float = -math.inf
-    high: float = math.inf
-    expected: float | None = None
-    within: float = 0
 
 
 @dataclass
@@ -62,19 +49,6 @@ class Data:
         return np.full(self.value.shape, result.numbers[self.name])
 
 
-def line_of(path: pathlib.Path | None, section: str, number: int) -> str:
-    """ "case.toml:12" of the n-th [[section]] of a case."""
-    if path is None:
-        return f"[[{section}]] {number + 1}"
-    found = 0
-    for line, text in enumerate(path.read_text().splitlines(), 1):
-        if re.match(rf"\s*\[\[\s*{re.escape(section)}\s*\]\]", text):
-            if found == number:
-                return f"{path}:{line}"
-            found += 1
-    return str(path)
-
-
 def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: float, probes: Sequence[str]) -> Data:
     """One [[fit.data]]. Raises CaseError with place and cure."""
     def refuse(problem: str, cure: str, place: str = where) -> CaseError:
@@ -84,7 +58,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     if of_probe == ("report" in entry):
         raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
     name = entry["probe"] if of_probe else entry["report"]
-    kind = "K" if of_probe else {"heat_flow": "W", "mean": "K", "minimum": "K", "maximum": "K"}.get(name.split(".")[0], "m" if name.startswith(("largest_", "peak_")) else "")
+    kind = "K" if of_probe else quantities.kind_of_number(name)
     if of_probe and name not in probes:
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
     try:
@@ -213,39 +187,12 @@ class Search:
         if not asked.get("unknown") or not asked.get("data"):
             raise CommandError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
         self.iterations = int(asked.get("iterations", 20))
-        self.unknowns = [self._unknown(entry, n) for n, entry in enumerate(asked["unknown"])]
+        self.unknowns = [read_unknown(self.written, entry, line_of(case.path, "fit.unknown", n)) for n, entry in enumerate(asked["unknown"])]
         end = quantities.to_si(self.written["time"]["end"], "s") if "time" in self.written else math.inf
         home = case.path.parent if case.path else pathlib.Path(".")
         self.data = [read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))
                      for n, entry in enumerate(asked["data"])]
         self.runs = 0
-
-    def _unknown(self, entry: Mapping[str, Any], number: int) -> Unknown:
-        where = line_of(self.case.path, "fit.unknown", number)
-        try:
-            stands = quantities.at(self.written, entry["key"])
-            if not isinstance(stands, (str, int, float)) or isinstance(stands, bool):
-                raise CommandError(f"'{entry['key']}' is no single number: name an entry of it, such as {entry['key']}.k[0]")
-            unit = quantities.split(stands)[1]
-
-            def number_of(name: str) -> float:
-                value, its_unit = quantities.split(entry[name])
-                if its_unit != unit:
-                    raise CommandError(f"'{name}' is in '{its_unit}', the key in '{unit}': write both in one unit")
-                return value
-
-            u = Unknown(entry["key"], unit, number_of("start"))
-            u.low = number_of("from") if "from" in entry else u.low
-            u.high = number_of("to") if "to" in entry else u.high
-            if ("expected" in entry) != ("within" in entry):
-                raise CommandError("'expected' and 'within' go together: give both or none")
-            if "expected" in entry:
-                u.expected, u.within = number_of("expected"), number_of("within")
-            if not u.low <= u.start <= u.high or u.start == 0:
-                raise CommandError(f"a start of {u.start:g} outside its limits, or of 0: give another")
-            return u
-        except CommandError as error:
-            raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, "fit.unknown") from None
 
     def run(self, x: Array) -> tuple[Array, Result]:
         """Residuals over noise, what is expected of the unknowns among them."""

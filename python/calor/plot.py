@@ -16,6 +16,7 @@ from matplotlib.tri import Triangulation
 from .command import CalorError
 from .quantities import to_si
 from .result import Array, Fields, Result, Table, is_straight, length_unit
+from .stress import stress
 from .style import theme
 
 # Parts -------------------------------------------------------------------------------------------------------------
@@ -346,7 +347,8 @@ def surface(result: Result, name: str = "temperature", t: float | None = None) -
 
 
 PICTURES: dict[str, Callable[..., Figure]] = {
-    "section": section, "surface": surface, "lines": lines, "probes": probes, "pool": pool, "balance": balance, "energy": energy}
+    "section": section, "surface": surface, "lines": lines, "probes": probes, "pool": pool, "balance": balance, "energy": energy,
+    "stress": stress}
 
 
 def figure(result: Result, what: str | None = None, *, dark: bool = False, **options: Any) -> Figure:

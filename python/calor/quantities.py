@@ -11,7 +11,7 @@ from .command import CommandError
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 # What measurements are written in: factor and offset to SI.
 UNITS = {"s": (1, 0), "ms": (1e-3, 0), "min": (60, 0), "h": (3600, 0), "K": (1, 0), "degC": (1, 273.15),
-         "degF": (5 / 9, 459.67 * 5 / 9), "W": (1, 0), "kW": (1e3, 0), "J": (1, 0), "kJ": (1e3, 0),
+         "degF": (5 / 9, 459.67 * 5 / 9), "W": (1, 0), "kW": (1e3, 0), "Pa": (1, 0), "kPa": (1e3, 0), "MPa": (1e6, 0), "GPa": (1e9, 0), "J": (1, 0), "kJ": (1e3, 0),
          "m": (1, 0), "cm": (1e-2, 0), "mm": (1e-3, 0), "um": (1e-6, 0), "": (1, 0)}
 
 
@@ -31,16 +31,24 @@ def joined(number: float, unit: str) -> str | float:
 
 
 def to_si(quantity: Any, kind: str, difference: bool = False) -> float:
-    """Of a quantity of `kind`: "K", "s", "W", "J", "m" or "". A difference of temperatures takes no offset. Raises
+    """Of a quantity of `kind`: "K", "s", "W", "J", "Pa", "m" or "". A difference of temperatures takes no offset. Raises
     CommandError."""
     number, unit = split(quantity)
     factor, offset = unit_of(unit, kind, str(quantity))
     return number * factor + (0 if difference else offset)
 
 
+def kind_of_number(name: str) -> str:
+    """The SI unit of a number of report.json that people give values for: heat_flow.air, maximum.steel, ..."""
+    if name.endswith("_stress"):
+        return "Pa"
+    of_name = {"heat_flow": "W", "mean": "K", "minimum": "K", "maximum": "K", "average_temperature": "K"}
+    return of_name.get(name.split(".")[0], "m" if name.startswith(("largest_", "peak_")) else "")
+
+
 def unit_of(unit: str, kind: str, what: str) -> tuple[float, float]:
     """Factor and offset to SI. Raises CommandError where the unit is not one of `kind`."""
-    kinds = {"K": ("K", "degC", "degF"), "s": ("s", "ms", "min", "h"), "W": ("W", "kW"), "J": ("J", "kJ"), "m": ("m", "cm", "mm", "um"), "": ("",)}
+    kinds = {"K": ("K", "degC", "degF"), "s": ("s", "ms", "min", "h"), "W": ("W", "kW"), "J": ("J", "kJ"), "Pa": ("Pa", "kPa", "MPa", "GPa"), "m": ("m", "cm", "mm", "um"), "": ("",)}
     if unit not in kinds[kind]:
         raise CommandError(f"{what}: '{unit}' is no unit of what is measured: take {', '.join(kinds[kind]) or 'none'}")
     return UNITS[unit]

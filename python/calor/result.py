@@ -205,6 +205,16 @@ class Result:
         return self._table("weld", "the case has no [weld]")
 
     @functools.cached_property
+    def stress(self) -> Table:
+        """Lowest and highest stress of the section, Pa, its strain and curvature, 1/m, over time."""
+        return self._table("stress", "the case has no [stress]")
+
+    @functools.cached_property
+    def section(self) -> Table:
+        """Temperature, K, and stress, Pa, through the thickness at the end."""
+        return self._table("section", "the case has no [stress]")
+
+    @functools.cached_property
     def comparisons(self) -> dict[int, list[Table]]:
         """Calculated and expected values by the place of the [[expect]] in the case, from 0: one table a time of a line
         or field, one of all times of a probe."""

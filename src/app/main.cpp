@@ -251,7 +251,8 @@ int command(int argc, char** argv) {
   CLI::App* certify = app.add_subcommand("certify", "say how sure the numbers of a case are");
   CLI::App* fit = app.add_subcommand("fit", "find unknown numbers of a case from measurements");
   CLI::App* study = app.add_subcommand("study", "run a case with other values of its keys");
-  const std::vector<CLI::App*> of_python = {plot, report, certify, fit, study};
+  CLI::App* optimise = app.add_subcommand("optimise", "find the numbers of a case for which a result is best");
+  const std::vector<CLI::App*> of_python = {plot, report, certify, fit, study, optimise};
   for (CLI::App* verb : of_python) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
 
   try {

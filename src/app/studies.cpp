@@ -1,5 +1,5 @@
-// What a case says of many runs of itself. calor run does without; the Python package reads it (python/calor/fit.py and
-// study.py), and here it is known, so that the manual has it and misspelled keys are told.
+// What a case says of many runs of itself. calor run does without; the Python package reads it (python/calor/fit.py,
+// study.py and optimise.py), and here it is known, so that the manual has it and misspelled keys are told.
 #include "app/schema.hpp"
 
 namespace calor {
@@ -33,6 +33,24 @@ void declare_studies(Schema& schema) {
            {"value", Kind::raw_quantities, "", optional, "One value in place of a file."},
            {"at", Kind::quantity, "s", optional, "Its time; the end of the run if absent."},
            {"noise", Kind::raw_quantities, "", required, "Standard deviation of a measurement."}}});
+  schema.add({.path = "optimise",
+              .sentence = "What `calor optimise` searches for; a run takes no notice of it.",
+              .keys = {{"minimise", Kind::text, "", optional,
+                        "The number of report.json that is to be small, such as \"largest_stress\"; or"},
+                       {"maximise", Kind::text, "", optional, "that is to be large."},
+                       {"iterations", Kind::integer, "", "40", "Most runs."}}});
+  schema.add({.path = "optimise.unknown[]",
+              .sentence = "A number of the case that may be chosen.",
+              .keys = {{"key", Kind::text, "", required, "Where it stands, as in [[fit.unknown]]."},
+                       {"start", Kind::raw_quantities, "", required, "Where the search begins, with its unit."},
+                       {"from", Kind::raw_quantities, "", required, "It is at least this."},
+                       {"to", Kind::raw_quantities, "", required, "It is at most this."}}});
+  schema.add({.path = "optimise.limit[]",
+              .sentence = "A limit that a result has to keep.",
+              .keys = {{"report", Kind::text, "", required,
+                        "A number of report.json at the end of the run, such as \"maximum.steel\"."},
+                       {"at_most", Kind::raw_quantities, "", optional, "It is at most this; or"},
+                       {"at_least", Kind::raw_quantities, "", optional, "at least this."}}});
   schema.add({.path = "study",
               .sentence = "What `calor study` runs; a run takes no notice of it.",
               .keys = {{"values", Kind::table, "", optional,

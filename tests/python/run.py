@@ -31,7 +31,7 @@ except ImportError as missing:
 matplotlib.use("Agg")
 
 from calor import (CalorError, Case, CaseError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
-                   quantities, refine, study, toml)  # noqa: E402
+                   optimise, plot, quantities, refine, stress, study, toml)  # noqa: E402
 
 if len(sys.argv) > 1:
     CALOR = str(pathlib.Path(sys.argv[1]).resolve())
@@ -544,6 +544,41 @@ class Fits(unittest.TestCase):
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
+
+
+class Optima(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def test_a_limit_on_a_result_is_reached_and_kept(self):
+        # 1000 K and 300 K behind 100 and 200 W/(m^2 K): the cold face is at 300 K + 700 K/200/(1/100 + 0.1 m/k + 1/200),
+        # 400 K where 0.1 m/k = 0.02, k = 5 W/(m K); the hot face is the cooler, the better the wall conducts.
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        case["boundary"] = {"gas": {"on": "xmin", "convection": {"h": "100 W/(m^2 K)", "ambient": "1000 K"}},
+                            "air": {"on": "xmax", "convection": {"h": "200 W/(m^2 K)", "ambient": "300 K"}}}
+        case["material"] = {"m": {"conductivity": "2 W/(m K)"}}
+        case["optimise"] = {"minimise": "maximum.gas",
+                            "unknown": [{"key": "material.m.conductivity", "start": "2 W/(m K)", "from": "1 W/(m K)", "to": "20 W/(m K)"}],
+                            "limit": [{"report": "maximum.air", "at_most": "400 K"}]}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        found = optimise.optimise("wall.toml")
+        self.assertTrue(found.best.is_allowed)
+        self.assertAlmostEqual(found.best.values[0], 5, delta=0.03)
+        self.assertLess(found.best.objective, found.first.objective)
+        best = Case("results/wall-optimum/wall-best.toml").to_dict()
+        self.assertEqual(quantities.split(best["material"]["m"]["conductivity"])[0], found.best.values[0])
+        for changes, words in (({"optimise": {"minimise": "highest.gas"}}, "report.json has no 'highest.gas'"),
+                               ({"optimise": {"limit": [{"report": "maximum.air", "at_most": "1 m"}]}}, "wall.toml:.*'m' is no unit"),
+                               ({"optimise": {"maximise": "maximum.air"}}, "has no \\[optimise\\] with")):
+            with self.assertRaisesRegex(CalorError, words):
+                optimise.optimise(Case("wall.toml", changes))
+
+    def test_stress_is_drawn_with_its_numbers(self):
+        result = Case(ROOT / "cases" / "optimise" / "graded-wall.toml").run("wall", show_progress=False)
+        axes = plot.figure(result, "stress").axes
+        self.assertEqual([ax.get_ylabel() for ax in axes], ["T [K]", "stress [MPa]"])
+        self.assertAlmostEqual(min(axes[1].lines[0].get_ydata()), -228.7, delta=0.5)
+        figure = stress.compare({"start": result, "again": result})
+        self.assertEqual([ax.get_ylabel() for ax in figure.axes], ["volume fraction of ceramic", "T [K]", "stress [MPa]"])
 
 
 class Studies(unittest.TestCase):
