@@ -34,8 +34,8 @@ std::string json(const Verdict& v) {
   return fmt::format(
       R"({{"what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}, "value": {}, "reference": {}, "value_unit": {}, "worst_place": {}, "source": {}}})",
       json_string(v.what), json_string(v.norm), json_string(v.unit), json_number(v.error), json_number(v.tolerance),
-      v.passed, json_number(v.value), json_number(v.reference), json_string(v.value_unit), v.worst_place.empty() ? "null" : json(v.worst_place),
-      json_string(v.source));
+      v.passed, json_number(v.value), json_number(v.reference), json_string(v.value_unit),
+      v.worst_place.empty() ? "null" : json(v.worst_place), json_string(v.source));
 }
 
 std::string json(const Extreme& extreme) {

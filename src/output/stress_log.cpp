@@ -35,9 +35,8 @@ class StressLog : public Observer {
     log_.row(std::array{m.state().t, d.lowest, d.highest, d.strain, d.curvature});
   }
   void finish(const Moment& m, RunResult& result) override {
-    result.numbers.insert({{"lowest_stress", lowest_},
-                           {"highest_stress", highest_},
-                           {"largest_stress", std::max(-lowest_, highest_)}});
+    result.numbers.insert(
+        {{"lowest_stress", lowest_}, {"highest_stress", highest_}, {"largest_stress", std::max(-lowest_, highest_)}});
     if (run_.folder.empty()) return;
     m.temperatures();
     write_section(stress_.deformation(m.u()));
