@@ -7,8 +7,10 @@
 #include <cmath>
 #include <utility>
 
+#include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/lattice.hpp"
+#include "conduction/brick_weights.hpp"
 #include "conduction/constraint.hpp"
 #include "conduction/cracked_pairs.hpp"
 #include "conduction/mlpg_stability.hpp"
@@ -177,8 +179,46 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
   return discretisation;
 }
 
+/// In space on a lattice, does heat come through the surface, where the averaged flux is the better one? Inside, with
+/// sources and in time, the differences across the faces alone have the smaller error.
+bool comes_through_surface(const Case& c) {
+  const auto sources = c.section("source").children(), boundaries = c.section("boundary").children();
+  const auto is_on_surface = [](const auto& child) { return child.second.has("surface"); };
+  const auto is_flux = [](const auto& child) { return child.second.has("flux"); };
+  if (!std::ranges::all_of(sources, is_on_surface)) return false;
+  return !c.root().has("time") || !sources.empty() || std::ranges::any_of(boundaries, is_flux);
+}
+
+/// Is the averaged flux asked for, or the default?
+bool averages(const Case& c, const Cloud& cloud, const MaterialField& material) {
+  const Table table = c.section("mlpg");
+  const bool can = cloud.lattice && cloud.points_on_walls && !cloud.axisymmetric && !has_cracks(c) &&
+                   material.parts().count() == 1 && material.is_isotropic();
+  if (!table.has("flux")) return can && cloud.dimension == 3 && table.keys().empty() && comes_through_surface(c);
+  if (table.text("flux") != "averaged") return false;
+  if (!can)
+    table.refuse("flux",
+                 "the averaged flux is one between the points of a lattice, in one part without cracks that "
+                 "conducts alike in all directions",
+                 "leave it out, or take flux = \"edge-stabilised\"");
+  for (const char* key : {"basis", "support", "neighbours", "weight", "capacity", "subdomain", "prescribed"})
+    if (table.has(key)) table.refuse(key, "the averaged flux takes differences between points alone", "leave it out");
+  return true;
+}
+
+/// Of the gradient along the line between two points nothing but differences of temperatures remains on a lattice,
+/// across the face and beside it.
+Discretisation averaged_discretisation(const Cloud& cloud, const Conditions& conditions, MethodReport& report) {
+  BrickWeights weights = brick_weights(cloud);
+  report["pairs"] = static_cast<double>(total(cloud.comm, static_cast<std::int64_t>(weights.G.size())));
+  report["negative_weights"] = 0;
+  return nodal_discretisation(
+      cloud, conditions, std::make_unique<PairConduction>(cloud, std::move(weights.neighbours), std::move(weights.G)));
+}
+
 Discretisation build(const Case& c, const Cloud& cloud, const Conditions& conditions, const MaterialField& material,
                      MethodReport& report) {
+  if (averages(c, cloud, material)) return averaged_discretisation(cloud, conditions, report);
   const Table table = c.section("mlpg");
   MlpgOptions o = options_of(table, cloud.dimension, is_regular(cloud));
   const Parts& parts = material.parts();
@@ -252,8 +292,11 @@ void declare_mlpg(Schema& schema) {
             optional,
             "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a "
             "body of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for "
-            "layers, regions and cracks, which conduct in series; never seen unstable).",
-            {"parameters", "edge-stabilised"}},
+            "layers, regions and cracks, which conduct in series; never seen unstable), or the latter \"averaged\" "
+            "over "
+            "a face and those beside it (on lattices of one part; default in three dimensions where there are no "
+            "sources inside, in steady states and where the surface is heated by a flux).",
+            {"parameters", "edge-stabilised", "averaged"}},
            {"capacity",
             Kind::choice,
             "",

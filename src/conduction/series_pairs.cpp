@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "conduction/fibres.hpp"
 #include "conduction/pair_directions.hpp"
 #include "conduction/pair_flux.hpp"
 
@@ -35,6 +36,7 @@ class SeriesPairs::Builder {
 
   void find_parts() {
     own_ = parts_.at(cloud_.x, cloud_.tag);
+    if (on_lattice()) one_part_ = hold_one_part(cloud_, parts_);
     parts_here_.assign(cloud_.local(), 0);
     for (const PlacesOfPart& places : parts_.shares(cloud_.x, cloud_.tag, cloud_.spacing))
       for (const int i : places.place) ++parts_here_[i];
@@ -42,6 +44,19 @@ class SeriesPairs::Builder {
 
   void add_pairs(std::span<const CrackBond> bonds) {
     collect(bonds);
+    on_lattice() ? add_in_fibres(bonds) : add_along_lines(bonds);
+  }
+
+ private:
+  struct Candidate {
+    std::int32_t a, b;
+    std::int64_t entry;  // of the direction that is looked at
+  };
+
+  /// Cells that are known as boxes tell how much of a pair's heat runs through which part.
+  bool on_lattice() const { return cloud_.lattice && parts_.count() > 1; }
+
+  void add_along_lines(std::span<const CrackBond> bonds) {
     std::vector<Parts::Segment> segments;
     std::vector<Vec3> middle;
     std::vector<int> tags;
@@ -64,21 +79,24 @@ class SeriesPairs::Builder {
       const Candidate& c = candidates_[n];
       const double G = G_[c.entry];
       remove_weights(c);
-      if (shares[n].size() > 1 && parts_here_[c.a] > 1 && parts_here_[c.b] > 1) {
+      if (shares[n].size() > 1 && parts_here_[c.a] > 1 && parts_here_[c.b] > 1)
         for (const auto& [part, share] : shares[n]) split_by_cracks(c, bonds, along_interface(c, part, share * G));
-        continue;
-      }
-      const std::span<const SegmentPiece> run(pieces.piece.data() + pieces.row[n],
-                                              static_cast<std::size_t>(pieces.row[n + 1] - pieces.row[n]));
-      split_by_cracks(c, bonds, across(c, segments[n], run, G));
+      else
+        split_by_cracks(c, bonds, across(c, segments[n], pieces.of(n), G));
     }
   }
 
- private:
-  struct Candidate {
-    std::int32_t a, b;
-    std::int64_t entry;  // of the direction that is looked at
-  };
+  void add_in_fibres(std::span<const CrackBond> bonds) {
+    std::vector<std::pair<std::int32_t, std::int32_t>> ends;
+    for (const Candidate& c : candidates_) ends.emplace_back(c.a, c.b);
+    const auto of_pair = fibres(cloud_, parts_, ends);
+    for (std::size_t n = 0; n < candidates_.size(); ++n) {
+      const Candidate& c = candidates_[n];
+      const double G = G_[c.entry];
+      remove_weights(c);
+      for (const Fibre& f : of_pair[n]) split_by_cracks(c, bonds, across(c, f.segment, f.run, f.share * G));
+    }
+  }
 
   /// Pairs, each once on a rank, that may not be left to the mean of two conductivities; by id a, then id b.
   void collect(std::span<const CrackBond> bonds) {
@@ -89,6 +107,7 @@ class SeriesPairs::Builder {
         const std::int32_t j = neighbours_.column[n];
         if (j < cloud_.owned && cloud_.id[j] < cloud_.id[i]) continue;
         const bool inside = own_[i] == own_[j] && parts_here_[i] == 1 && parts_here_[j] == 1 &&
+                            (one_part_.empty() || (one_part_[i] && one_part_[j])) &&
                             !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
         if (inside && !is_cracked[n]) continue;
         const auto [a, b] = cloud_.id[i] < cloud_.id[j] ? std::pair(i, j) : std::pair(j, i);
@@ -236,6 +255,7 @@ class SeriesPairs::Builder {
   std::span<double> G_;
   std::span<const Symmetric3> R_;
   std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
+  std::vector<char> one_part_;         // of the local points of a lattice: does its cell hold one alone?
   std::vector<Candidate> candidates_;
   std::map<std::pair<std::int32_t, int>, std::int32_t> known_;
 };

@@ -65,6 +65,10 @@ class Parts {
   struct Pieces {
     std::vector<std::int64_t> row = {0};
     std::vector<SegmentPiece> piece;
+
+    std::span<const SegmentPiece> of(std::size_t segment) const {
+      return {piece.data() + row[segment], static_cast<std::size_t>(row[segment + 1] - row[segment])};
+    }
   };
   Pieces along(std::span<const Segment> segments) const;
   /// Does a plane between layers lie between two places, or in one of them?
