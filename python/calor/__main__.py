@@ -52,6 +52,7 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     certify.add_argument("--refine", help="in place of a budget how many times as fine as in the case, e.g. 1,1.5,2,3")
     certify.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
     certify.add_argument("-o", "--output", help="folder (default: results/CASE-certificate)")
+    certify.add_argument("--twin", action="store_true", help="the order of the error of its twin, whose solution is known, in place of bars")
     fit = verbs.add_parser("fit", help="find unknown numbers of a case from measurements")
     fit.add_argument("case", metavar="CASE", help="case file with [[fit.unknown]] and [[fit.data]]")
     fit.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
@@ -112,6 +113,12 @@ def write_certificate(options: argparse.Namespace) -> None:
     changes = dict(toml.change(text) for text in options.changes)
     variant = changes.pop("variant", None)
     factors = [float(text) for text in options.refine.split(",")] if options.refine else None
+    if options.twin:
+        from . import twin
+        done = twin.twin(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","), factors=factors,
+                         j=options.j, say=tell)
+        print(done.table())
+        return
     certificate = certify.certify(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","),
                                   budget=certify.seconds(options.budget), factors=factors, j=options.j,
                                   say=tell)

@@ -5,12 +5,14 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "output/probes.hpp"
 #include "solve/initial.hpp"
+#include "solve/twin.hpp"
 
 namespace calor {
 namespace {
@@ -142,6 +144,8 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     sources = make_sources(c, *m.cloud);
     m.T_start = initial_temperatures(c, *m.cloud);
   });
+  const std::optional<Function> twin = read_twin(c, *m.cloud);
+  if (twin) sources.clear(), prescribe_twin(*twin, *m.cloud, conditions, m.T_start);
   std::ranges::copy(conditions.notes, std::back_inserter(m.notes));
   for (std::size_t n = 0; n < conditions.areas.size(); ++n)
     if (conditions.areas[n] > 0) m.heated_areas.emplace_back(conditions.accounts[n], conditions.areas[n]);
@@ -149,7 +153,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   std::ranges::copy(note_on_absolute_zero(*m.cloud, conditions, m.T_start), std::back_inserter(m.notes));
   double driving_mean = 0;
   TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
-  if (!c.root().has("initial")) {
+  if (!c.root().has("initial") && !twin) {
     if (!steady)
       c.root().refuse("", "a transient case needs the temperature at the start",
                       "add [initial] with temperature = \"293 K\"");
@@ -178,6 +182,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
       m.notes.push_back(*note);
   } catch (const Error&) {  // `start` tells of conductivities that are wrong
   }
+  if (twin) sources.push_back(make_twin_source(c, *twin, *m.cloud, conditions, materials.front()));
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
   for (const QuadraturePoints* points : discretisation.locations)

@@ -13,6 +13,7 @@
 #include "output/weld.hpp"
 #include "solve/initial.hpp"
 #include "solve/integrator.hpp"
+#include "solve/twin.hpp"
 #include "source/source.hpp"
 
 namespace calor {
@@ -28,6 +29,7 @@ Schema schema() {
   declare_boundaries(s);
   declare_sources(s);
   declare_time(s);
+  declare_twin(s);
   declare_probes(s);
   declare_weld(s);
   declare_stress(s);

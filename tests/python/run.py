@@ -4,6 +4,7 @@
   run.py CALOR
 
 Without python3-numpy, python3-vtk9 or python3-matplotlib of Debian it ends with code 77: skipped."""
+import copy
 import base64
 import json
 import os
@@ -31,7 +32,7 @@ except ImportError as missing:
 matplotlib.use("Agg")
 
 from calor import (CalorError, Case, CaseError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
-                   optimise, plot, quantities, refine, stress, study, toml)  # noqa: E402
+                   optimise, plot, quantities, refine, stress, study, toml, twin)  # noqa: E402
 
 if len(sys.argv) > 1:
     CALOR = str(pathlib.Path(sys.argv[1]).resolve())
@@ -544,6 +545,34 @@ class Fits(unittest.TestCase):
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
+
+
+class Twins(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def test_the_error_of_a_known_solution_falls_with_the_square_of_the_spacing(self):
+        case = copy.deepcopy({key: value for key, value in FITTED.items() if key != "fit"})
+        case["material"]["m"]["conductivity"] = {"formula": "5 + 0.01*(T - 300) + 20*x", "unit": "W/(m K)"}
+        case["boundary"]["radiation"] = {"on": "xmax", "radiation": {"emissivity": 0.8, "ambient": "400 K"}}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        steady = twin.twin("wall.toml")
+        del case["steady"]
+        case |= {"initial": {"temperature": "300 K"}, "time": {"end": "1 min"}}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        for found in (steady, twin.twin("wall.toml")):
+            self.assertEqual([one.method for one in found.of_methods], ["sph", "peridynamics", "mlpg"])
+            for one in found.of_methods:
+                self.assertGreater(one.order, 1.7, one)
+                self.assertLess(max(one.errors), 2e-3 * found.span)
+            self.assertRegex(found.table(), r"sph .*   [12]\.\d")
+
+    def test_a_body_of_two_parts_has_none(self):
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        case["material"] = {"m": {"conductivity": "5 W/(m K)"}, "n": {"conductivity": "1 W/(m K)"}}
+        case["body"] = {"along": "x", "layer": [{"material": "m", "thickness": "50 mm"}, {"material": "n", "thickness": "50 mm"}]}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        with self.assertRaisesRegex(CalorError, "where the parts of the body meet"):
+            twin.twin("wall.toml")
 
 
 class Optima(unittest.TestCase):

@@ -1,0 +1,32 @@
+#pragma once
+// The manufactured twin of a case: the same body, materials and conditions, with the solution put to a smooth formula.
+// What the heat equation lacks then goes in as sources in the cells and fluxes through the facets, so that the error of
+// a run is known. Roache, J. Fluids Eng. 124 (2002) 4 (method of manufactured solutions).
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "boundary/conditions.hpp"
+#include "case/case.hpp"
+#include "case/schema.hpp"
+#include "cloud/cloud.hpp"
+#include "material/material_field.hpp"
+#include "source/source.hpp"
+
+namespace calor {
+
+/// The solution of [twin]; nothing where the case has none. Refuses bodies that have no twin: of several parts, with
+/// cracks, with points off their walls, anisotropic. Throws Error.
+std::optional<Function> read_twin(const Case& c, const Cloud& cloud);
+
+/// Gives all prescribed temperatures, and those of the start, the values of the solution T.
+void prescribe_twin(const Function& T, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start);
+
+/// What is lacking, as a source called "twin": in the cells rho c dT/dt - div (k grad T), through the facets
+/// k dT/dn less the fluxes of the conditions at T. Conditions and cloud must outlive it. Collective; throws Error.
+std::unique_ptr<Source> make_twin_source(const Case& c, const Function& T, const Cloud& cloud,
+                                         const Conditions& conditions, const MaterialField& body);
+
+void declare_twin(Schema& schema);
+
+}  // namespace calor
