@@ -84,7 +84,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     values = {"formula": formula, "unit": "K"}
     replaced = {"twin.temperature": values, "output.fields": False,
                 "expect": [{"name": "twin", "field": True, "norm": "rms", "value": values, "within": "1e9 K"}]}
-    factors = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
+    levels: Sequence[float] = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refused: dict[str, str] = {}
 
     def error(method: str, factor: float) -> tuple[float, float]:
@@ -99,7 +99,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
 
     def orders(method: str) -> Orders | None:
         try:
-            rows = [error(method, factor) for factor in factors]
+            rows = [error(method, factor) for factor in levels]
         except CalorError as problem:
             refused[method] = str(problem)
             return None
