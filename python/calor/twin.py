@@ -74,15 +74,15 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
          factors: Sequence[float] | None = None, j: int = 1, say: Callable[[str], None] = lambda line: None) -> Twin:
     """Runs the case once, and its twin by all methods at several spacings, `j` runs side by side. Writes twin.json into
     `folder` (default: results/NAME-twin). Raises CalorError."""
-    case = case if isinstance(case, Case) else Case(case)
-    into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{case.name}-twin"
-    written = case.to_dict()
+    base = case if isinstance(case, Case) else Case(case)
+    into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-twin"
+    written = base.to_dict()
     is_steady = "time" not in written
     end = 0.0 if is_steady else quantities.to_si(written["time"]["end"], "s")
-    formula, span = solution(case.run(into / "case", show_progress=False), is_steady, end)
+    formula, span = solution(base.run(into / "case", show_progress=False), is_steady, end)
     say(f"T = {formula} K")
     values = {"formula": formula, "unit": "K"}
-    replaced = {"twin.temperature": values, "output.fields": False,
+    replaced: dict[str, Any] = {"twin.temperature": values, "output.fields": False,
                 "expect": [{"name": "twin", "field": True, "norm": "rms", "value": values, "within": "1e9 K"}]}
     levels: Sequence[float] = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refused: dict[str, str] = {}
@@ -93,7 +93,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
             changes["time.step"] = refine.scaled(written["time"]["step"], 1 / reached**2)
         elif not is_steady:
             changes["time.tolerance"] = f"{IN_TIME * span:.6g} K"
-        result = case.changed({**replaced, **changes, "method": method}).run(into / f"{method}-{factor:g}", show_progress=False)
+        result = base.changed({**replaced, **changes, "method": method}).run(into / f"{method}-{factor:g}", show_progress=False)
         found = next(verdict for verdict in result.verdicts if verdict["what"].startswith("twin"))
         return reached, float(found["error"])
 
