@@ -1,9 +1,10 @@
 # Completion of the command calor in bash; zsh takes it after `autoload bashcompinit && bashcompinit`.
 _calor() {
+  local verbs="run check cloud verify new examples doc help plot report certify fit study optimise"
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} verb=${COMP_WORDS[1]} words=
   COMPREPLY=()
   if [ "$COMP_CWORD" = 1 ]; then
-    words="run check verify new examples doc help plot report --help --version"
+    words="$verbs --help --version"
   elif [ "$before" = --units ]; then
     words="K degC degF"
   elif [ "$before" = --from ]; then
@@ -15,20 +16,26 @@ _calor() {
     case $verb in
       run) words="-o -j --units --quiet --restart --time-limit" ;;
       check) words="-j --units" ;;
+      cloud) words="-j -o" ;;
+      certify) words="--budget --methods --refine --twin -j -o" ;;
+      fit | study) words="-j -o" ;;
+      optimise) words="--picture -o" ;;
+      plot) words="section surface lines probes pool balance energy stress film --field --time --plane --format --film --dark --units -o" ;;
+      report) words="--units -o" ;;
       verify) words="--json" ;;
       new) words="--from plate rod disc weld coating shock crack" ;;
       doc) words="--schema $(calor doc 2>/dev/null | sed -n 's/^### `\[*\([a-z_]*\).*/\1/p' | sort -u)" ;;
-      help) words="run check verify new examples doc plot report" ;;
+      help) words=$verbs ;;
     esac
   fi
   mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
   case $verb in
-    run | check | verify)
+    run | check | cloud | verify | certify | fit | study | optimise)
       [ "$COMP_CWORD" = 1 ] || [ "$before" = --units ] || [ "${word#-}" != "$word" ] ||
         mapfile -t COMPREPLY < <(compgen -f -X '!*.toml' -- "$word"; compgen -d -- "$word")
       ;;
     plot | report)
-      [ "$COMP_CWORD" = 1 ] || mapfile -t COMPREPLY < <(compgen -d -- "$word")
+      [ "$COMP_CWORD" != 2 ] || mapfile -t COMPREPLY < <(compgen -d -- "$word")
       ;;
   esac
 }

@@ -4,6 +4,7 @@ import json
 import os
 import pathlib
 import pty
+import re
 import shutil
 import signal
 import subprocess
@@ -15,6 +16,7 @@ import unittest.mock
 import xml.etree.ElementTree as xml
 
 CALOR = str(pathlib.Path(sys.argv.pop(1)).resolve())
+COMPLETION = pathlib.Path(__file__).resolve().parents[2] / "cmake/calor-completion.bash"
 LONG = ["time.integrator=euler", "time.end=1000 h", "output.every=500 h"]  # runs until it is interrupted
 
 
@@ -50,6 +52,16 @@ class Contract(unittest.TestCase):
         for option in ("-j", "-o", "--quiet", "--restart", "--time-limit"):
             self.assertIn(option, self.calor("run", "--help").stdout)
         self.assertRegex(self.calor("--version").stdout, r"^calor \d+\.\d+\.\d+\n$")
+
+    def test_bash_completes_every_verb_and_its_options(self):
+        def completed(*words):
+            script = f'source "{COMPLETION}"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _calor; echo "${{COMPREPLY[@]}}"'
+            return subprocess.run(["bash", "-c", script, "bash", "calor", *words], capture_output=True, text=True, check=True).stdout.split()
+        verbs = re.findall(r"^  (\w+) ", self.calor("--help").stdout.partition("Subcommands")[2], re.MULTILINE)
+        self.assertGreater(len(verbs), 10)
+        self.assertEqual(set(completed("")) - {"--help", "--version"}, set(verbs))
+        self.assertIn("--restart", completed("run", "--r"))
+        self.assertIn("stress", completed("plot", "results/plate", "st"))
 
     def test_new_writes_a_case_that_runs_and_never_overwrites(self):
         self.calor("new", "plate")
