@@ -140,7 +140,7 @@ bool are_alike(std::span<const SegmentPiece> a, std::span<const SegmentPiece> b)
 std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts) {
   const std::vector<int> own = parts.at(cloud.x, cloud.tag);
   std::vector<char> one(cloud.local(), 1);
-  std::vector<Vec3> corner(cloud.local());
+  std::vector<Vec3> corner(cloud.local()), first;
   for (int q = 0; q < 1 << cloud.dimension; ++q) {
     for (int i = 0; i < cloud.local(); ++i) {
       const LatticeIndex at = cloud.lattice->index(cloud.id[i]);
@@ -151,8 +151,11 @@ std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts) {
         corner[i][a] = q >> a & 1 ? high - inset : low + inset;
       }
     }
+    if (q == 0) first = corner;
     const std::vector<int> part = parts.at(corner, cloud.tag);
-    for (int i = 0; i < cloud.local(); ++i) one[i] = one[i] && part[i] == own[i];
+    // A thin layer may lie between the corners.
+    for (int i = 0; i < cloud.local(); ++i)
+      one[i] = one[i] && part[i] == own[i] && !parts.has_plane_between(first[i], corner[i]);
   }
   return one;
 }

@@ -179,14 +179,19 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
   return discretisation;
 }
 
+/// Is heat released inside the body?
+bool has_sources_inside(const Case& c) {
+  const auto sources = c.section("source").children();
+  return !std::ranges::all_of(sources, [](const auto& child) { return child.second.has("surface"); });
+}
+
 /// In space on a lattice, does heat come through the surface, where the averaged flux is the better one? Inside, with
 /// sources and in time, the differences across the faces alone have the smaller error.
 bool comes_through_surface(const Case& c) {
-  const auto sources = c.section("source").children(), boundaries = c.section("boundary").children();
-  const auto is_on_surface = [](const auto& child) { return child.second.has("surface"); };
-  const auto is_flux = [](const auto& child) { return child.second.has("flux"); };
-  if (!std::ranges::all_of(sources, is_on_surface)) return false;
-  return !c.root().has("time") || !sources.empty() || std::ranges::any_of(boundaries, is_flux);
+  if (has_sources_inside(c)) return false;
+  const auto boundaries = c.section("boundary").children();
+  return !c.root().has("time") || !c.section("source").children().empty() ||
+         std::ranges::any_of(boundaries, [](const auto& child) { return child.second.has("flux"); });
 }
 
 /// Is the averaged flux asked for, or the default?
@@ -247,6 +252,9 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     o.anisotropy = *anisotropy;
     if (asked.empty()) o.flux = MlpgFlux::edge_stabilised;
   }
+  // T^h of parameters has no kinks: the edge of a source comes out blurred over a spacing or so.
+  if (table.keys().empty() && cloud.lattice && !c.root().has("time") && has_sources_inside(c))
+    o.flux = MlpgFlux::edge_stabilised;
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
   if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
     o.capacity = MlpgCapacity::one_point;
@@ -291,7 +299,8 @@ void declare_mlpg(Schema& schema) {
             "",
             optional,
             "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a "
-            "body of one part), or \"edge-stabilised\" from the temperatures of the points (default in three, and for "
+            "body of one part, but for steady states with sources on lattices), or \"edge-stabilised\" from the "
+            "temperatures of the points (default in three, and for "
             "layers, regions and cracks, which conduct in series; never seen unstable), or the latter \"averaged\" "
             "over "
             "a face and those beside it (on lattices of one part; default in three dimensions where there are no "

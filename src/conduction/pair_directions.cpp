@@ -66,7 +66,14 @@ double along(const Symmetric3& R, const Vec3& x_ji) { return dot(x_ji, R * x_ji)
 
 PairDirections pair_directions(const Case& c, const Cloud& cloud, const MaterialField& material, bool along_lines) {
   PairDirections directions;
-  if (material.is_isotropic()) return directions;
+  if (material.is_isotropic()) {
+    // Several parts conduct alike in all directions, but not alike: pairs along the axes of a lattice have faces, and
+    // these tell what each part conducts (fibres.hpp).
+    const int parts = material.parts().count();
+    if (parts > 1 && along_lines && cloud.lattice && !has_cracks(c))
+      directions.of_parts.assign(parts, Symmetric3{1, 1, 1});
+    return directions;
+  }
   const Table& root = c.root();
   if (has_cracks(c))
     root.refuse("method", "cracks in a material that conducts differently by direction are not known",

@@ -53,6 +53,19 @@ TEST(Fibres, FlowAlongLayersIsExactWhereverTheInterfaceLies) {
   }
 }
 
+TEST(Fibres, LayersThatLieInsideACellCount) {
+  // A sheet between the points of a row and the end of their cells; points of equal spacing, too, have no pair that
+  // runs past it.
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    SCOPED_TRACE(method);
+    const CaseModel m(box_case({"1 m", "1 m"}, {6, 6}, method) + materials +
+                      "[body]\nalong = \"y\"\n[[body.layer]]\nmaterial = \"board\"\nthickness = \"0.63 m\"\n"
+                      "[[body.layer]]\nmaterial = \"copper\"\nthickness = \"0.02 m\"\n"
+                      "[[body.layer]]\nmaterial = \"board\"\nthickness = \"0.35 m\"\n");
+    EXPECT_NEAR(flow_along(m, 0, 1).through / (0.3 * 0.98 + 390 * 0.02), 1, 1e-9);
+  }
+}
+
 TEST(Fibres, FlowAlongAWireIsExactWhereverItsEdgesLie) {
   // A square wire in a box, its edges between points on one side and on points on the other.
   const CaseModel m(box_case({"1 m", "1 m", "1 m"}, {6, 6, 4}, "mlpg") + materials +
