@@ -34,7 +34,7 @@ endforeach()
 # The manual: the site where ./dev site has built it, and the example that embeds the library.
 install(DIRECTORY build/site/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/calor-doc/html COMPONENT doc OPTIONAL
         PATTERN sitemap.xml.gz EXCLUDE)
-install(DIRECTORY examples DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/calor-doc COMPONENT doc)
+install(DIRECTORY examples docs/notebooks DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/calor-doc COMPONENT doc)
 
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_CONTACT "${CALOR_MAINTAINER}")
@@ -69,6 +69,8 @@ package calor, for programs that compute temperatures themselves or add
 methods, materials and sources to the command.")
 
 set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-calor)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/packaging/debian/postinst
+                                              ${CMAKE_SOURCE_DIR}/packaging/debian/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "calor (>= ${PROJECT_VERSION}), python3 (>= 3.11), python3-numpy")

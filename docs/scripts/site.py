@@ -2,8 +2,9 @@
 """What mkdocs makes the site of: site.py CALOR FOLDER
 
 The pages of docs/, README.md as the first page, CHANGELOG.md, the benchmarks, the shipped cases with their files, and the
-interface of the Python package, read from its docstrings. CALOR is the command, which knows what the cases are about."""
+interface of the Python package, read from its docstrings, and the notebooks with what they come to. CALOR is the command, which knows what the cases are about."""
 import inspect
+import os
 import pathlib
 import re
 import shutil
@@ -14,8 +15,9 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
 
 
-def with_pages_of_folders(text):
-    """Links to folders of cases lead to their pages; GitHub shows the folders themselves."""
+def with_pages(text):
+    """Links to folders of cases and to notebooks lead to their pages; where the sources are read they lead to themselves."""
+    text = text.replace(".ipynb)", ".md)")
     return re.sub(r"\]\(((?:\.\./)?cases(?:/[a-z-]+)?)/?\)", r"](\1/index.md)", text)
 
 
@@ -65,18 +67,25 @@ def python_page():
     return "# Python interface\n\n" + "\n".join(interface(getattr(calor, name), name, 2) for name in calor.__all__)
 
 
+def run_notebooks(folder):
+    subprocess.run([sys.executable, "-m", "nbconvert", "--log-level=ERROR", "--to", "markdown", "--execute", "--output-dir", folder,
+                    *sorted((ROOT / "docs" / "notebooks").glob("*.ipynb"))], check=True, stderr=subprocess.PIPE,
+                   env={**os.environ, "PYTHONPATH": str(ROOT / "python")})
+
+
 def main():
     calor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("scripts", "*.in"))
+    shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("scripts", "notebooks", "*.in", "Doxyfile"))
     for source, page in (("README.md", "index.md"), ("CHANGELOG.md", "CHANGELOG.md"), ("CONTRIBUTING.md", "CONTRIBUTING.md"),
                          ("CITATION.cff", "CITATION.cff"), ("bench/README.md", "bench/README.md")):
         (folder / page).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / source, folder / page)
     write_cases(calor, folder / "cases")
+    run_notebooks(folder / "docs" / "notebooks")
     (folder / "docs" / "python-interface.md").write_text(python_page())
     for page in folder.rglob("*.md"):
-        page.write_text(with_pages_of_folders(page.read_text()))
+        page.write_text(with_pages(page.read_text()))
 
 
 if __name__ == "__main__":

@@ -1,8 +1,10 @@
-#!/usr/bin/env python3
-"""The commands of the tutorials do what the pages say: run.py CALOR
+#!/usr/bin/python3
+"""The commands of the tutorials do what the pages say, and the notebooks run: run.py CALOR
 
 Every block ```console of docs/tutorial-*.md has lines "$ COMMAND" and below each the lines of its output that matter, in
-their order; `...` stands for anything. The commands of a page run one after the other in one empty folder."""
+their order; `...` stands for anything. The commands of a page run one after the other in one empty folder. Notebooks need
+python3-nbconvert and python3-ipykernel, and run the command of build/release."""
+import importlib.util
 import os
 import pathlib
 import re
@@ -12,7 +14,9 @@ import tempfile
 import unittest
 
 CALOR = pathlib.Path(sys.argv.pop(1)).resolve()
-DOCS = pathlib.Path(__file__).resolve().parents[2] / "docs"
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+DOCS = ROOT / "docs"
+HAS_NOTEBOOKS = all(map(importlib.util.find_spec, ("nbconvert", "ipykernel", "matplotlib", "vtkmodules")))
 
 
 def commands(page):
@@ -46,6 +50,16 @@ class Tutorials(unittest.TestCase):
                     self.assertIsNone(line, f"{page.name}: $ {command}\ndoes not say: {line}\nbut:\n{done.stdout}")
                     count += 1
         self.assertGreater(count, 10)
+
+    @unittest.skipUnless(HAS_NOTEBOOKS, "apt-get install python3-nbconvert python3-ipykernel")
+    def test_the_notebooks_run_to_their_ends(self):
+        notebooks = sorted((DOCS / "notebooks").glob("*.ipynb"))
+        self.assertGreaterEqual(len(notebooks), 3)
+        with tempfile.TemporaryDirectory() as folder:
+            done = subprocess.run([sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir",
+                                   folder, *notebooks], env={**os.environ, "PYTHONPATH": str(ROOT / "python")},
+                                  text=True, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        self.assertEqual(done.returncode, 0, done.stdout)
 
 
 if __name__ == "__main__":
