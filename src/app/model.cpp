@@ -106,6 +106,19 @@ std::vector<std::string> add_remarks_on_file(Model& m) {
   return remarks;
 }
 
+/// A steady temperature has a level only where something fixes it, in every part of the body. Collective.
+void require_level(const Case& c, const Model& m) {
+  const std::string cure =
+      "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]";
+  if (!m.system->level_is_fixed()) c.root().refuse("steady", "nothing fixes the level of a steady temperature", cure);
+  if (const auto loose = m.system->loose_part(m.T_start))
+    c.root().refuse("steady",
+                    fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
+                                "{:.6g}) m, which is cut off from the rest",
+                                loose->x, loose->y, loose->z),
+                    cure);
+}
+
 double number(const MethodReport& report, const std::string& name) {
   const auto found = report.find(name);
   return found == report.end() ? 0 : found->second;
@@ -194,18 +207,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                     negative, number(m.weights, "pairs"), number(m.weights, "most_negative_weight")));
   m.system = std::make_unique<HeatSystem>(*m.cloud, std::move(discretisation), std::move(materials),
                                           std::move(conditions), std::move(sources));
-  if (steady) {
-    const std::string cure =
-        "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]";
-    if (!m.system->level_is_fixed()) c.root().refuse("steady", "nothing fixes the level of a steady temperature", cure);
-    if (const auto loose = m.system->loose_part(m.T_start))
-      c.root().refuse(
-          "steady",
-          fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
-                      "{:.6g}) m, which is cut off from the rest",
-                      loose->x, loose->y, loose->z),
-          cure);
-  }
+  if (steady) require_level(c, m);
   return m;
 }
 
