@@ -16,6 +16,7 @@
 #include <thread>
 
 #include "base/error.hpp"
+#include "base/simd.hpp"
 
 namespace calor {
 namespace {
@@ -53,16 +54,19 @@ static_assert(sizeof(BinnedSum) == (2 * bins + 1) * sizeof(std::int64_t));
 
 // Never inlined: where products are summed they must be rounded first, not fused into the sum (fma).
 [[gnu::noinline]] void BinnedSum::add(const double* x, std::size_t n) {
-  const auto load = [x](std::size_t i, Lanes& lanes) { std::memcpy(&lanes, x + i * lane_count, sizeof(Lanes)); };
+  const auto load = [x](std::size_t i, Lanes& lanes)
+                        CALOR_ALWAYS_INLINE { std::memcpy(&lanes, x + i * lane_count, sizeof(Lanes)); };
   Lanes largest{};
   Flags regular = ~Flags{};
-  for (std::size_t i = 0; i < n; ++i) {
-    Lanes a;
-    load(i, a);
-    a = a < 0 ? -a : a;
-    largest = a > largest ? a : largest;
-    regular &= a < limit;  // false for NaN
-  }
+  run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+    for (std::size_t i = 0; i < n; ++i) {
+      Lanes a;
+      load(i, a);
+      a = a < 0 ? -a : a;
+      largest = a > largest ? a : largest;
+      regular &= a < limit;  // false for NaN
+    }
+  });
   double m = 0;
   std::int64_t all_regular = -1;
   for (std::size_t l = 0; l < lane_count; ++l) {
@@ -82,19 +86,22 @@ static_assert(sizeof(BinnedSum) == (2 * bins + 1) * sizeof(std::int64_t));
   const double C0 = std::ldexp(1.5, exponent(top) + 52);
   const double C1 = std::ldexp(1.5, exponent(top - 1) + 52);
   const double C2 = std::ldexp(1.5, exponent(top - 2) + 52);
-  Lanes s0{}, s1{}, s2{};
-  for (std::size_t i = 0; i < n; ++i) {
-    Lanes r;
-    load(i, r);
-    const Lanes q0 = (r + C0) - C0;
-    s0 += q0;
-    r -= q0;
-    const Lanes q1 = (r + C1) - C1;
-    s1 += q1;
-    r -= q1;
-    s2 += (r + C2) - C2;
-  }
-  const std::array<Lanes, levels> parts{s0, s1, s2};
+  std::array<Lanes, levels> parts{};
+  run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+    Lanes s0{}, s1{}, s2{};
+    for (std::size_t i = 0; i < n; ++i) {
+      Lanes r;
+      load(i, r);
+      const Lanes q0 = (r + C0) - C0;
+      s0 += q0;
+      r -= q0;
+      const Lanes q1 = (r + C1) - C1;
+      s1 += q1;
+      r -= q1;
+      s2 += (r + C2) - C2;
+    }
+    parts = {s0, s1, s2};
+  });
   for (int level = 0; level < levels; ++level) {
     double part = 0;
     for (std::size_t l = 0; l < lane_count; ++l) part += parts[level][l];

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "base/parallel.hpp"
+#include "base/simd.hpp"
 #include "cloud/cells.hpp"
 
 namespace calor {
@@ -59,15 +60,23 @@ Vec3 mean_metric(const Cloud& cloud) {
   return (1 / static_cast<double>(cloud.count)) * Vec3{s[0], s[1], s[2]};
 }
 
-/// Values of the corners' functions at a place of the unit cell; corner k has the bits of its coordinates.
-std::array<double, 8> tents(const Vec3& at) {
-  std::array<double, 8> value;
-  for (int k = 0; k < 8; ++k) {
-    value[k] = 1;
-    for (int a = 0; a < 3; ++a) value[k] *= k >> a & 1 ? at[a] : 1 - at[a];
-  }
-  return value;
+/// Numbers of the eight corners of a cell; corner k has the bits of its coordinates.
+using Corners = Doubles<8>;
+
+/// Values of the corners' functions at a place of the unit cell.
+CALOR_ALWAYS_INLINE inline Corners tents(const Vec3& at) {
+  const double x = at.x, y = at.y, z = at.z;
+  const Corners along_x = {1 - x, x, 1 - x, x, 1 - x, x, 1 - x, x};
+  const Corners along_y = {1 - y, 1 - y, y, y, 1 - y, 1 - y, y, y};
+  const Corners along_z = {1 - z, 1 - z, 1 - z, 1 - z, z, z, z, z};
+  return along_x * along_y * along_z;
 }
+
+/// The three components at the corners of a cell.
+struct CellVectors {
+  double v[3][8] = {};
+  CALOR_ALWAYS_INLINE UnalignedDoubles<8>& operator[](int a) { return *reinterpret_cast<UnalignedDoubles<8>*>(v[a]); }
+};
 
 using Matrix3 = std::array<std::array<double, 3>, 3>;
 using CellMatrix = std::array<std::array<Matrix3, 8>, 8>;
@@ -113,7 +122,7 @@ CoarseTruss::CoarseTruss(const Cloud& cloud, const Neighbours& neighbours, std::
   double largest = 0;
   for (const double e : c) largest = std::max(largest, e);
   ExactSums sums(nodes(), max(cloud.comm, largest));
-  for (int i = 0; i < cloud.owned; ++i) sums.add(place(cloud.x[i]).node[0], c[i]);
+  for (int i = 0; i < cloud.owned; ++i) places_.push_back(place(cloud.x[i])), sums.add(places_[i].cell, c[i]);
   const std::vector<double> energy = sums.total(cloud.comm);  // of the cells, by their lowest corner
 
   // lambda^T K lambda = sum c [(tr E)^2 + 2 E : E] with 2 E_ab = s_a s_b (d_b lambda_a + d_a lambda_b).
@@ -188,29 +197,53 @@ CoarseTruss::Place CoarseTruss::place(const Vec3& x) const {
     node += stride * cell;
     stride *= along_[a];
   }
-  Place place{.node = corner_, .value = tents(at)};
-  for (std::int32_t& n : place.node) n += node;
-  return place;
+  return {node, at};
 }
 
 void CoarseTruss::add_solution(std::span<const double> r, std::span<double> z) const {
+  // Sums over the points of a cell, of values rounded to 2^-30 of the largest; whole numbers below 2^53, for 2^22
+  // points a cell, add up without error.
   const int D = cloud_.dimension;
   double largest = 0;
   for (const double v : r) largest = std::max(largest, std::abs(v));
-  ExactSums sums(static_cast<std::size_t>(D) * nodes(), max(cloud_.comm, largest));
-  for (int i = 0; i < cloud_.owned; ++i) {
-    const Place p = place(cloud_.x[i]);
-    for (int k = 0; k < 1 << D; ++k)
-      for (int a = 0; a < D; ++a) sums.add(D * p.node[k] + a, p.value[k] * r[3 * i + a]);
-  }
-  const std::vector<double> coarse = sums.total(cloud_.comm);
-  const Eigen::VectorXd v =
-      factor_->solver.solve(Eigen::Map<const Eigen::VectorXd>(coarse.data(), static_cast<Eigen::Index>(coarse.size())));
-  for (int i = 0; i < cloud_.owned; ++i) {
-    const Place p = place(cloud_.x[i]);
-    for (int k = 0; k < 1 << D; ++k)
-      for (int a = 0; a < D; ++a) z[3 * i + a] += p.value[k] * v[D * p.node[k] + a];
-  }
+  largest = max(cloud_.comm, largest);
+  if (largest == 0) return;
+  const double scale = std::ldexp(1, 30 - std::ilogb(largest));
+  std::vector<CellVectors> cells(nodes());
+  run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+    constexpr double whole = 0x1.8p52;  // rounds what is added to it
+    for (int i = 0; i < cloud_.owned; ++i) {
+      const Place& p = places_[i];
+      const Corners value = scale * tents(p.at);
+      for (int a = 0; a < D; ++a) cells[p.cell][a] += (value * r[3 * i + a] + whole) - whole;
+    }
+  });
+  std::vector<std::int64_t> sums(static_cast<std::size_t>(D) * nodes());
+  for (std::int32_t cell = 0; cell < nodes(); ++cell)
+    for (int a = 0; a < D; ++a)
+      for (int k = 0; k < 8; ++k)
+        if (const double sum = cells[cell].v[a][k]; sum != 0)
+          sums[D * (cell + corner_[k]) + a] += static_cast<std::int64_t>(sum);
+  add_up(cloud_.comm, sums);
+
+  Eigen::VectorXd coarse(static_cast<Eigen::Index>(sums.size()));
+  for (std::size_t n = 0; n < sums.size(); ++n)
+    coarse[static_cast<Eigen::Index>(n)] = static_cast<double>(sums[n]) / scale;
+  coarse = factor_->solver.solve(coarse).eval();
+  for (std::int32_t cell = 0; cell < nodes(); ++cell)
+    for (int a = 0; a < D; ++a)
+      for (int k = 0; k < 8; ++k)
+        if (const std::int32_t node = cell + corner_[k]; node < nodes()) cells[cell].v[a][k] = coarse[D * node + a];
+  run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+    for (int i = 0; i < cloud_.owned; ++i) {
+      const Place& p = places_[i];
+      const Corners value = tents(p.at);
+      for (int a = 0; a < D; ++a) {
+        const Corners v = value * cells[p.cell][a];
+        z[3 * i + a] += ((v[0] + v[1]) + (v[2] + v[3])) + ((v[4] + v[5]) + (v[6] + v[7]));
+      }
+    }
+  });
 }
 
 }  // namespace calor

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <vector>
 
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
@@ -31,10 +32,10 @@ class CoarseTruss {
 
  private:
   struct Factor;
-  /// Corners of a cell, and the values of their functions at a place in it.
+  /// A cell, by its lowest node, and a place in it, from 0 to 1 along every axis.
   struct Place {
-    std::array<std::int32_t, 8> node;
-    std::array<double, 8> value;
+    std::int32_t cell;
+    Vec3 at;
   };
 
   void lay_grid(const Vec3& metric);
@@ -45,6 +46,7 @@ class CoarseTruss {
   Vec3 low_, over_width_;                          // of the cells; 0 along axes without cells
   std::array<std::int32_t, 3> along_ = {1, 1, 1};  // nodes
   std::array<std::int32_t, 8> corner_ = {};        // of a cell, from the one with the lowest coordinates
+  std::vector<Place> places_;                      // of the owned points
   std::unique_ptr<Factor> factor_;
 };
 

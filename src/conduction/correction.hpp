@@ -74,7 +74,7 @@ constexpr int most_solves = 6;
 /// from some distance on.
 using LatticeWeight = std::function<double(double distance)>;
 
-/// Consistent weights from base weights: Sinkhorn scaling of the traces of (M), a fit of (M), then (L) by
+/// Consistent weights from base weights: Sinkhorn scaling of the traces of (M), a fit of (M) and (L), then (L) by
 /// G_ij = g_ij [1 + (lambda_i - lambda_j).x_ji]. The cloud must have boundary areas. `lattice_weight`: with it an even
 /// lattice takes its exact weights without any solve (mirrored_lattice_weights). Empty: it does not. The result does
 /// not depend on the number of ranks. Collective; throws Error(numbers) where (L) has no solution.
@@ -118,12 +118,18 @@ void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<cons
 void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
                   std::span<double> g);
 
-/// A few steps towards sum_j g_ij x_ji (x) x_ji = 2 V_i I by g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau
-/// symmetric tensors; keeps g >= 0.02 of what it was. Returns the steps.
-int fit_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+struct MomentFit {
+  int steps;
+  double change;  ///< root mean square of G/g - 1, in the metric of g
+};
 
-/// The same fit for points beside cracks: tau_i = z_i P_i adds missing_i to sum_j g_ij x_ji.P_i x_ji where P_i, of the
-/// owned points, is not zero.
+/// A few steps towards (M) and (L) at once, sum_j g_ij x_ji (x) x_ji = 2 V_i I and sum_j g_ij x_ji = -A_i, by
+///   g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji + x_ji.(tau_i + tau_j) x_ji],
+/// tau symmetric tensors; keeps g >= 0.02 of what it was.
+MomentFit fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+
+/// Second moments of points beside cracks: g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau_i = z_i P_i adds missing_i
+/// to sum_j g_ij x_ji.P_i x_ji where P_i, of the owned points, is not zero.
 void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
                             std::span<const double> missing, std::span<double> g);
 
@@ -132,9 +138,6 @@ double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::s
 
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2; of axisymmetric bodies with A_i - S_i e_r.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
-
-/// A few steps towards linear consistency: what is off from point to point, which a fit of the second moments spoils.
-void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
 
 struct LambdaSolve {
   int iterations;

@@ -15,6 +15,7 @@
 #include "conduction/correction.hpp"
 #include "conduction/line_stiffness.hpp"
 #include "conduction/linear_algebra.hpp"
+#include "conduction/pair_changes.hpp"
 
 namespace calor {
 
@@ -120,7 +121,12 @@ Vec3 over_faces(const Cloud& cloud) {
 class Truss {
  public:
   Truss(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g, const Vec3& unit)
-      : cloud_(cloud), neighbours_(neighbours), g_(g), unit_(unit), inverse_(cloud.owned), lambda_(cloud.local()) {
+      : cloud_(cloud),
+        g_(g),
+        unit_(unit),
+        inverse_(cloud.owned),
+        lambda_(3 * static_cast<std::size_t>(cloud.owned)),
+        changes_(cloud, neighbours) {
     for (int i = 0; i < cloud.owned; ++i) {
       Symmetric3 block;
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
@@ -131,16 +137,9 @@ class Truss {
 
   void multiply(std::span<const double> p, std::span<double> y) {
     set_lambda(p);
-    with_pair_vectors(neighbours_, cloud_.x, [&](const auto& pair) {
-      for (int i = 0; i < cloud_.owned; ++i) {
-        Vec3 sum;
-        for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
-          const Vec3 r = pair.x_ji(i, n);
-          sum += (g_[n] * dot(lambda_[i] - pair.reflected(lambda_[neighbours_.column[n]], n), r)) * r;
-        }
-        y[3 * i] = unit_.x * sum.x, y[3 * i + 1] = unit_.y * sum.y, y[3 * i + 2] = unit_.z * sum.z;
-      }
-    });
+    changes_.effects(g_, y);
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (int a = 0; a < 3; ++a) y[3 * i + a] *= unit_[a];
   }
 
   /// z = inverse of the D x D blocks of the diagonal times r. With these no eigenvalue lies beyond 2, as none of those
@@ -157,29 +156,26 @@ class Truss {
   double change_weights(std::span<const double> p, std::span<double> g) {
     set_lambda(p);
     double change = 0;
-    for (int i = 0; i < cloud_.owned; ++i) {
-      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
-        const Vec3 lambda_j = neighbours_.reflected(lambda_[neighbours_.column[n]], n);
-        const double c = dot(lambda_[i] - lambda_j, neighbours_.x_ji(cloud_.x, i, n));
-        change = std::max(change, std::abs(c));
-        g[n] *= 1 + c;
-      }
-    }
+    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) {
+      change = std::max(change, std::abs(c));
+      g[n] *= 1 + c;
+    });
     return max(cloud_.comm, change);
   }
 
  private:
   void set_lambda(std::span<const double> p) {
-    for (int i = 0; i < cloud_.owned; ++i) lambda_[i] = product(unit_, {p[3 * i], p[3 * i + 1], p[3 * i + 2]});
-    cloud_.halo.update(std::span<Vec3>(lambda_));
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (int a = 0; a < 3; ++a) lambda_[3 * i + a] = unit_[a] * p[3 * i + a];
+    changes_.set(lambda_);
   }
 
   const Cloud& cloud_;
-  const Neighbours& neighbours_;
   std::span<const double> g_;
   Vec3 unit_;
   std::vector<Symmetric3> inverse_;
-  std::vector<Vec3> lambda_;
+  std::vector<double> lambda_;  // of the owned points
+  PairChanges<false> changes_;
 };
 
 }  // namespace
@@ -241,22 +237,6 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   }
 
   return {solved.iterations, truss.change_weights(solution, g)};
-}
-
-void relax_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g) {
-  const Vec3 unit = over_faces(cloud);
-  std::vector<Vec3> R = linear_residual(cloud, neighbours, g);
-  for (Vec3& r : R) r = product(unit, r);
-  Truss truss(cloud, neighbours, g, unit);
-  const auto rhs = numbers(std::span<Vec3>(R));
-  truss.divide_by_blocks(rhs, rhs);
-  std::vector<double> solution(rhs.size());
-  const LinearMap stiffness = [&](auto p, auto y) {
-    truss.multiply(p, y);
-    truss.divide_by_blocks(y, y);
-  };
-  chebyshev(stiffness, rhs, solution, {.least = 0.05, .largest = 2, .steps = 10});
-  truss.change_weights(solution, g);
 }
 
 }  // namespace calor

@@ -28,6 +28,7 @@ Cloud conducting_alike(const Cloud& cloud, const Anisotropy& R, double scale) {
     for (int a = 0; a < 3; ++a) y.metric[i][a] = root * norm(product(rows[a], cloud.metric[i]));
   }
   y.lattice = nullptr, y.rings = nullptr, y.box_lattice = false, y.isotropic = false;
+  y.nearest_volumes = false;
   return y;
 }
 
