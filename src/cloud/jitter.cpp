@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 
+#include "base/simd.hpp"
 #include "cloud/convex_cell.hpp"
 #include "cloud/linear_shares.hpp"
 
@@ -54,27 +55,87 @@ std::vector<LatticeIndex> offsets_by_distance(const Lattice& lattice, std::int64
   return offsets;
 }
 
-/// The shape functions of the points of `layers` around a place in the given cell of the lattice, all in spacings.
-void evaluate(const Lattice& lattice, const Layers& layers, const LatticeIndex& cell, const Vec3& place,
-              LinearShares& shapes) {
-  constexpr std::int64_t most = 2;  // intervals, as points are moved by less than half a spacing
-  const int D = lattice.box().dimension;
-  LatticeIndex low{}, high{};
-  for (int a = 0; a < D; ++a) {
-    low[a] = std::max<std::int64_t>(0, cell[a] - most);
-    high[a] = std::min(lattice.box().points[a] - 1, cell[a] + 1 + most);
+/// The points around a cell of the lattice, and what they get of it by their shape functions; eight at a time.
+class CellShares {
+ public:
+  explicit CellShares(int dimension) : D_(dimension) {}
+
+  /// Points of `layers` that a place in the cell may see.
+  void look_around(const Lattice& lattice, const Layers& layers, const LatticeIndex& cell, const Vec3& origin) {
+    constexpr std::int64_t most = 2;  // intervals, as points are moved by less than half a spacing
+    LatticeIndex low{}, high{};
+    Vec3 lowest = origin;
+    for (int a = 0; a < D_; ++a) {
+      low[a] = std::max<std::int64_t>(0, cell[a] - most);
+      high[a] = std::min(lattice.box().points[a] - 1, cell[a] + 1 + most);
+      lowest[a] += static_cast<double>(cell[a]);
+    }
+    ids_.clear(), x_.clear(), y_.clear(), z_.clear();
+    LatticeIndex j;
+    for (j[2] = low[2]; j[2] <= high[2]; ++j[2])
+      for (j[1] = low[1]; j[1] <= high[1]; ++j[1])
+        for (j[0] = low[0]; j[0] <= high[0]; ++j[0]) {
+          const std::int64_t id = lattice.id(j);
+          const Vec3& x = layers.at(id);
+          double square = 0;  // of the distance to the cell
+          for (int a = 0; a < D_; ++a) square += std::pow(std::max({0.0, lowest[a] - x[a], x[a] - lowest[a] - 1}), 2);
+          if (square < LinearShares::radius * LinearShares::radius)
+            ids_.push_back(id), x_.push_back(x.x), y_.push_back(x.y), z_.push_back(x.z);
+        }
+    constexpr double far_away = 100;
+    while (x_.size() % lanes != 0) x_.push_back(far_away), y_.push_back(0), z_.push_back(0);
+    share_.assign(x_.size(), 0);
+    value_.resize(x_.size());
   }
-  shapes.clear();
-  LatticeIndex j;
-  for (j[2] = low[2]; j[2] <= high[2]; ++j[2])
-    for (j[1] = low[1]; j[1] <= high[1]; ++j[1])
-      for (j[0] = low[0]; j[0] <= high[0]; ++j[0]) {
-        const std::int64_t id = lattice.id(j);
-        const Vec3 way = layers.at(id) - place;
-        shapes.add(id, way, dot(way, way));
+
+  /// Adds `weight` times the values of the shape functions at a place in the cell.
+  void add(const Vec3& place, double weight) {
+    std::array<double, LinearShares::moments> moments{};
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE { evaluate(place, moments); });
+    const auto c = LinearShares::coefficients(moments, D_);
+    if (!c) return;
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      for (std::size_t n = 0; n < x_.size(); n += lanes) {
+        const Lanes linear = (*c)[0] + (*c)[1] * (at(x_, n) - place.x) + (*c)[2] * (at(y_, n) - place.y) +
+                             (*c)[3] * (at(z_, n) - place.z);
+        at(share_, n) += weight * at(value_, n) * linear;
       }
-  shapes.solve(D);
-}
+    });
+  }
+
+  template <class Use>
+  void for_each(const Use& use) const {
+    for (std::size_t n = 0; n < ids_.size(); ++n) use(ids_[n], share_[n]);
+  }
+
+ private:
+  static constexpr std::size_t lanes = 8;
+  using Lanes = Doubles<lanes>;
+
+  CALOR_ALWAYS_INLINE static inline UnalignedDoubles<lanes>& at(std::vector<double>& v, std::size_t n) {
+    return *reinterpret_cast<UnalignedDoubles<lanes>*>(v.data() + n);
+  }
+
+  /// Weights of the points, and the moments of the linear basis.
+  CALOR_ALWAYS_INLINE inline void evaluate(const Vec3& place, std::array<double, LinearShares::moments>& moments) {
+    Lanes sum[LinearShares::moments] = {};
+    for (std::size_t n = 0; n < x_.size(); n += lanes) {
+      const Lanes x = at(x_, n) - place.x, y = at(y_, n) - place.y, z = at(z_, n) - place.z;
+      const Lanes inside = 1 - (x * x + y * y + z * z) / (LinearShares::radius * LinearShares::radius);
+      const Lanes positive = inside > 0 ? inside : Lanes{};
+      const Lanes w = (positive * positive) * (positive * positive), wx = w * x, wy = w * y, wz = w * z;
+      at(value_, n) = w;
+      sum[0] += w, sum[1] += wx, sum[2] += wy, sum[3] += wz;
+      sum[4] += wx * x, sum[5] += wx * y, sum[6] += wx * z, sum[7] += wy * y, sum[8] += wy * z, sum[9] += wz * z;
+    }
+    for (int m = 0; m < LinearShares::moments; ++m)
+      for (std::size_t l = 0; l < lanes; ++l) moments[m] += sum[m][l];
+  }
+
+  int D_;
+  std::vector<std::int64_t> ids_;
+  std::vector<double> x_, y_, z_, value_, share_;
+};
 
 }  // namespace
 
@@ -97,21 +158,23 @@ std::vector<double> linearly_exact_volumes(const Lattice& lattice, const Slice& 
   for (int a = 0; a < 3; ++a) high[a] = a < D ? lattice.cells(a) : 1;
   low[last] = std::max<std::int64_t>(0, first - reach), high[last] = std::min(high[last], end + reach);
   const int rules = D == 1 ? 3 : D == 2 ? 9 : 27;
-  LinearShares shapes;
+  CellShares shares(D);
   LatticeIndex cell;
   for (cell[2] = low[2]; cell[2] < high[2]; ++cell[2])
     for (cell[1] = low[1]; cell[1] < high[1]; ++cell[1])
-      for (cell[0] = low[0]; cell[0] < high[0]; ++cell[0])
+      for (cell[0] = low[0]; cell[0] < high[0]; ++cell[0]) {
+        shares.look_around(lattice, layers, cell, origin);
         for (int q = 0; q < rules; ++q) {
           const std::array<int, 3> k = {q % 3, q / 3 % 3, q / 9};
           Vec3 x = origin;
           double w = unit;
           for (int a = 0; a < D; ++a) x[a] += static_cast<double>(cell[a]) + place[k[a]], w *= weight[k[a]];
-          evaluate(lattice, layers, cell, x, shapes);
-          for (std::size_t n = 0; n < shapes.ids.size(); ++n)
-            if (const std::int64_t id = shapes.ids[n]; id >= mine.begin && id < mine.end)
-              volume[id - mine.begin] += w * shapes.value[n];
+          shares.add(x, w);
         }
+        shares.for_each([&](std::int64_t id, double share) {
+          if (id >= mine.begin && id < mine.end) volume[id - mine.begin] += share;
+        });
+      }
   return volume;
 }
 

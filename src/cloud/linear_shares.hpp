@@ -2,7 +2,9 @@
 // How the surroundings of a place are shared among the points around it: shape functions of moving least squares with
 // linear basis. They add up to 1 and their points, so shared, to the place, so that what is integrated with them is a
 // quadrature at the points that is exact for linear functions.
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "base/vec3.hpp"
@@ -24,6 +26,11 @@ class LinearShares {
   /// The values for the points added. False, with none, where they do not tell a linear function of D axes: too few,
   /// or on one line or plane.
   bool solve(int D);
+
+  /// Sums over the points of their weights times 1, x, y, z, xx, xy, xz, yy, yz, zz of the ways to them.
+  static constexpr int moments = 10;
+  /// c for which weight (c0 + c1 x + c2 y + c3 z) is the value; none where solve would have none.
+  static std::optional<std::array<double, 4>> coefficients(const std::array<double, moments>& sums, int D);
 
   std::vector<std::int64_t> ids;
   std::vector<double> value;
