@@ -16,13 +16,14 @@ namespace calor {
 
 namespace {
 
-/// Of what (L) is off by: to see which weights turn negative, and to end with.
-constexpr double roughly = 1e-2, exactly = 1e-12;
+constexpr double exactly = 1e-12;
 constexpr double floor_of_clip = 0.02;
-/// Fits of the moments, each from weights that the one before left positive, until they change little. On jittered
-/// squares of 161 points an edge two are taken and leave errors of 4.3e-7 K (SPH); one would leave 8e-7, three leave
-/// 4.2e-7. Materials that conduct by direction take more.
-constexpr int least_fits = 2, most_fits = 10;
+/// Fits of the moments, each from weights that the one before left positive: few where the last of them changes little.
+/// On jittered squares of 161 points an edge two leave errors of 4.3e-7 K (SPH); one would leave 8e-7, three leave
+/// 4.2e-7. Materials that conduct by direction, for which weights change by more than themselves, take many.
+constexpr int few_fits = 2, many_fits = 10;
+/// Many fits keep weights above this part of what few have made.
+constexpr double floor_of_fits = 1e-3;
 constexpr double little = 0.1;
 
 /// Faces with facets that have no images beyond them.
@@ -104,8 +105,8 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const d
 }
 
 /// Lifts weights to a small part of what they were.
-void clip(std::span<const double> base, std::span<double> g) {
-  for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor_of_clip * base[n]);
+void clip(std::span<const double> base, double floor, std::span<double> g) {
+  for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor * base[n]);
 }
 
 /// What the rounding of the coordinates may leave of a residual: far from the origin, much.
@@ -190,19 +191,15 @@ void require_sound(const CorrectionReport& done, bool anisotropic) {
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
                                    CorrectionReport& report, int most) {
   int solves = 0;
-  for (double tolerance = roughly;;) {
-    if (solves + 1 >= most) tolerance = exactly;
+  for (bool negative = true; negative;) {
     const std::vector<double> base = g;
-    const auto solve = enforce_linear_consistency(cloud, neighbours, g, tolerance);
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g, exactly);
     if (solves++ == 0) report.change = solve.change;
     report.lambda_iterations += solve.iterations;
     const auto below_zero = [](double G) { return G < 0; };
-    const bool negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
-    if (solves >= most || (tolerance == exactly && !negative)) break;
-    if (negative)
-      clip(base, g);
-    else
-      tolerance = exactly;
+    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
+    if (!negative || solves == most) break;
+    clip(base, floor_of_clip, g);
   }
   report.lambda_solves += solves;
   report.residual = largest_residual(cloud, neighbours, g);
@@ -226,10 +223,13 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   std::vector<double> g = base_weights();
   if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
   scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
-  for (int fits = 1; fits <= most_fits; ++fits) {
+  std::vector<double> base;
+  for (int fits = 1; fits <= many_fits; ++fits) {
     const MomentFit fit = fit_moments(cloud, neighbours, g);
     report.moment_iterations += fit.steps;
-    if (fits >= least_fits && fit.change < little) break;
+    if (fits == few_fits && fit.change < little) break;
+    if (fits == few_fits) base = g;
+    if (fits > few_fits) clip(base, floor_of_fits, g);
   }
   enforce_with_positive_weights(cloud, neighbours, g, report, solves);
   measure(cloud, neighbours, g, report);

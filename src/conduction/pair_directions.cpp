@@ -27,8 +27,8 @@ Cloud conducting_alike(const Cloud& cloud, const Anisotropy& R, double scale) {
     y.area[i] = (1 / root) * (of_area * cloud.area[i]);
     for (int a = 0; a < 3; ++a) y.metric[i][a] = root * norm(product(rows[a], cloud.metric[i]));
   }
+  y.nearest_volumes = cloud.lattice != nullptr;
   y.lattice = nullptr, y.rings = nullptr, y.box_lattice = false, y.isotropic = false;
-  y.nearest_volumes = false;
   return y;
 }
 
