@@ -50,7 +50,7 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | layers | `{ layers = [0.2, 0.15], along = "z", thickness = ["1 mm", "2 mm"], start = "0 mm", unit = "W/(m K)" }` |
 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
-in `[parameter]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and the functions sqrt, cbrt,
+in `[parameter]` and `[function]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and the functions sqrt, cbrt,
 pow, exp, ln and log (both natural), log2, log10, sin, cos, tan, asin, acos, atan, atan2(y, x), sinh, cosh, tanh, asinh, acosh, atanh,
 abs, sign, floor, ceil, rint (to the nearest whole number), mod (periodic in its first argument), erf, erfc, min, max, sum and avg
 (of any number of arguments). `length`, `time` and `temperature` are the units of its variables (default m, s, K);
@@ -71,7 +71,8 @@ Layers lie on top of each other along an axis from `start` upwards; `thickness` 
 ## Variants and changes
 
 `calor run CASE.toml KEY=VALUE ...` changes keys for one run: `calor run disc.toml cloud.rings=40 "time.end=5 s"`. A `[[variant]]` gives a set
-of changes a name: `calor run CASE.toml variant=NAME`; `calor verify` runs the case and all its variants.
+of changes a name: `calor run CASE.toml variant=NAME`; `calor verify` runs the case and all its variants. A change drops what it
+replaces: `cloud.points=41` a spacing, `cloud.shape=box` the keys that went with the old shape.
 
 ## Sections
 )md";

@@ -50,8 +50,8 @@ double time_of(const std::string& text) {
 
 struct CommandLine {
   std::string case_file, folder, json, name, from, key;
-  std::vector<std::string> overrides, paths;
-  std::optional<double> time_limit;  // s
+  std::vector<std::string> overrides, paths, words;  // words: all of them, without -j
+  std::optional<double> time_limit;                  // s
   int ranks = 1;
   bool quiet = false, restart = false, as_schema = false;
 };
@@ -85,8 +85,11 @@ int run_verb(const CommandLine& a, MPI_Comm comm) {
   const std::string folder = folder_of(a, c);
   catch_interrupts(rank_of(comm));
   std::signal(SIGPIPE, SIG_IGN);  // who reads the output may go away: the results are what counts
+  std::vector<std::string> command{"calor"};
+  command.insert(command.end(), a.words.begin(), a.words.end());
   const RunResult result =
-      run(c, comm, {.folder = folder, .quiet = a.quiet, .restart = a.restart, .time_limit = a.time_limit});
+      run(c, comm,
+          {.folder = folder, .quiet = a.quiet, .restart = a.restart, .time_limit = a.time_limit, .command = command});
   if (rank_of(comm) == 0) {
     const TemperatureUnit unit = TemperatureUnit::of(c);
     if (!a.quiet) say(fmt::format("{}\n", fmt::join(summary(result, unit), "\n")));
@@ -212,6 +215,7 @@ int command(int argc, char** argv) {
   app.set_version_flag("--version", "calor " CALOR_VERSION);
   app.require_subcommand(1);
   CommandLine a;
+  a.words = without_ranks(argc, argv);
 
   CLI::App* run = app.add_subcommand("run", "run a case");
   CLI::App* check = app.add_subcommand("check", "build everything, say sizes, step bound and memory; run nothing");
@@ -281,7 +285,7 @@ int command(int argc, char** argv) {
                           : manual_on(schema(), a.key, stdout_takes_colour()));
       return finish_output(0);
     }
-    if (a.ranks > 1) return launch_verb(a, without_ranks(argc, argv));
+    if (a.ranks > 1) return launch_verb(a, a.words);
   } catch (const Error& e) {
     complain(e.what());
     return static_cast<int>(e.fault());

@@ -116,6 +116,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   if (integrator)
     for (const std::string& note : integrator->notes) say(spdlog::level::info, note);
   RunResult result;
+  result.command = options.command;
   result.texts = {{"method", method}, {"integrator", integrator ? integrator->name() : "steady"}};
   if (integrator) result.texts["integrator_why"] = integrator->why;
 

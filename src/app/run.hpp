@@ -4,6 +4,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "case/case.hpp"
 #include "output/report.hpp"
@@ -15,6 +16,7 @@ struct RunOptions {
   bool quiet = false;                     ///< no progress line
   bool restart = false;                   ///< go on from the newest checkpoint in the folder
   std::optional<double> time_limit = {};  ///< by the clock, s: then the run is stored and ends
+  std::vector<std::string> command = {};  ///< words of the command line without -j, for the report
 };
 
 /// Runs a case. It ends early, stored, when a signal is noted (app/interrupts.hpp). Collective; throws Error.

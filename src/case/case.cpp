@@ -22,26 +22,51 @@
 namespace calor {
 namespace {
 
+/// Refuses names that formulas cannot use for a parameter or a function.
+void check_name(const Entry& entry, const std::string& what) {
+  static constexpr std::array reserved{"x", "y", "z", "r", "t", "T", "pi", "e"};
+  const auto refuse = [&](const std::string& cure) {
+    throw Error(Fault::bad_case, entry.key_location, fmt::format("'{}' cannot be a {}", entry.key, what), cure);
+  };
+  const auto is_letter = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  if (std::ranges::count(reserved, entry.key))
+    refuse(fmt::format("formulas have a meaning for {}: choose another name", fmt::join(reserved, ", ")));
+  if (entry.key.empty() || std::isdigit(static_cast<unsigned char>(entry.key[0])) ||
+      !std::ranges::all_of(entry.key, is_letter))
+    refuse("names are made of letters, digits and _");
+}
+
 /// [parameter] as far as it is right; what is wrong is refused here, before a formula uses it.
 std::map<std::string, double> read_parameters(const Value& root) {
-  static constexpr std::array reserved{"x", "y", "z", "r", "t", "T", "pi", "e"};
   std::map<std::string, double> parameters;
   const Value* section = root.find("parameter");
   if (!section || !section->is_table()) return parameters;
   for (const Entry& entry : section->entries) {
-    const auto refuse = [&](const std::string& what, const std::string& cure) {
-      throw Error(Fault::bad_case, entry.key_location, what, cure);
-    };
-    const auto is_letter = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
-    if (std::ranges::count(reserved, entry.key))
-      refuse(fmt::format("'{}' cannot be a parameter", entry.key),
-             fmt::format("formulas have a meaning for {}: choose another name", fmt::join(reserved, ", ")));
-    if (entry.key.empty() || std::isdigit(static_cast<unsigned char>(entry.key[0])) ||
-        !std::ranges::all_of(entry.key, is_letter))
-      refuse(fmt::format("'{}' cannot be a parameter", entry.key), "names are made of letters, digits and _");
+    check_name(entry, "parameter");
     parameters[entry.key] = read_number(entry.value, {entry.key, Kind::number, "", required, ""});
   }
   return parameters;
+}
+
+/// Puts [function] into the context, as far as it is right: every formula may name those above it.
+void read_formulas(const Value& root, Context& context) {
+  context.formulas.clear();
+  const Value* section = root.find("function");
+  if (!section || !section->is_table()) return;
+  for (const Entry& entry : section->entries) {
+    const Value* formula = entry.value.is_table() ? entry.value.find("formula") : nullptr;
+    if (!formula) continue;  // the check says so
+    check_name(entry, "function");
+    if (context.parameters.contains(entry.key))
+      throw Error(Fault::bad_case, entry.key_location,
+                  fmt::format("'{}' is the name of a parameter and of a function", entry.key), "rename one of them");
+    const std::string text = context.expanded(read_text(*formula, {"formula", Kind::text, "", required, ""}));
+    std::map<std::string, double> names = context.parameters;
+    names[entry.key] = 0;  // for the message where the name is one that formulas know
+    Function::formula(text, {}, names, formula->location);
+    Function::formula(text, {}, context.parameters, formula->location);  // a function does not name itself
+    context.formulas[entry.key] = '(' + text + ')';
+  }
 }
 
 std::vector<std::string> variant_names(const Value& root) {
@@ -58,7 +83,7 @@ std::vector<std::string> variant_names(const Value& root) {
   return names;
 }
 
-void apply_variant(Value& root, const Value& variant) {
+void apply_variant(const Schema& schema, Value& root, const Value& variant) {
   if (const Value* remove = variant.find("remove")) {
     for (const std::string& path : read_texts(*remove, {"remove", Kind::texts, "", optional, ""})) {
       const std::vector<std::string> keys = split_path(path);
@@ -69,14 +94,14 @@ void apply_variant(Value& root, const Value& variant) {
       std::erase_if(table->entries, [&](const Entry& entry) { return entry.key == keys.back(); });
     }
   }
-  if (const Value* set = variant.find("set")) merge(root, *set);
+  if (const Value* set = variant.find("set")) change_case(schema, root, {}, *set);
   if (const Value* expect = variant.find("expect")) set_path(root, {"expect"}, *expect);
 }
 
 /// The case with a variant (null for the base case).
-Value with_variant(const Value& written, const Value* variant) {
+Value with_variant(const Schema& schema, const Value& written, const Value* variant) {
   Value root = written;
-  if (variant) apply_variant(root, *variant);
+  if (variant) apply_variant(schema, root, *variant);
   return root;
 }
 
@@ -144,16 +169,17 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
   context->folder = std::filesystem::path(name).parent_path().string();
   const auto check = [&](const Value& root) {
     context->parameters = read_parameters(root);
+    read_formulas(root, *context);
     check_case_tree(keys, root, *context);
   };
   if (overrides.empty() && all_variants)
-    for (const Value& v : all_variants->list) check(with_variant(written, &v));
+    for (const Value& v : all_variants->list) check(with_variant(keys, written, &v));
 
   auto node = std::make_shared<Table::Node>();
-  node->root = std::make_shared<Value>(with_variant(written, variant));
+  node->root = std::make_shared<Value>(with_variant(keys, written, variant));
   for (const Override& change : changes) {
     const SourceLocation location{.file = fmt::format("command line ({})", change.path)};
-    set_path(*node->root, split_path(change.path), read_toml_value(change.value, location));
+    change_case(keys, *node->root, split_path(change.path), read_toml_value(change.value, location));
   }
   check(*node->root);
   std::erase_if(node->root->entries, [](const Entry& entry) { return entry.key == "variant"; });
@@ -167,7 +193,7 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
   c.path_ = name;
   c.name_ = std::filesystem::path(name).stem().string() + (chosen.empty() ? "" : "/" + chosen);
   c.variants_ = variants;
-  c.parameters_ = context->parameters;
+  c.context_ = context;
   return c;
 }
 
@@ -200,8 +226,9 @@ Function where_function(const Case& c, const Table& table) {
     table.refuse("length", fmt::format("'length' = \"{}\": {}", table.text("length"), e.what()),
                  "write a unit of length, such as \"mm\"");
   }
-  const Function f = Function::formula(table.text("where"), {.value = "", .si = "", .length = table.text("length")},
-                                       c.parameters(), table.location("where"));
+  const Function f = Function::formula(c.context().expanded(table.text("where")),
+                                       {.value = "", .si = "", .length = table.text("length")}, c.context().parameters,
+                                       table.location("where"));
   if (f.depends_on_time() || f.depends_on_temperature())
     table.refuse("where",
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),
@@ -242,6 +269,12 @@ void declare_case(Schema& schema) {
   schema.add({.path = "parameter",
               .sentence = "Numbers that every formula of the case may use by their names.",
               .keys = {{"*", Kind::number, "", optional, "Any name but x, y, z, r, t, T, pi and e."}}});
+  schema.add({.path = "function.*",
+              .sentence = "A formula that others may use by its name: [function.V] formula = \"(y/b)^M\", then "
+                          "fraction = { formula = \"1 - V\" }.",
+              .keys = {{"formula", Kind::text, "", required,
+                        "Stands, as if in parentheses, in the place of the name; x, y, z, r, t and T are those of the "
+                        "formula that uses it. It may use [parameter] and the functions above it."}}});
   schema.add(
       {.path = "output",
        .sentence = "What is written, and when.",

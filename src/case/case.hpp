@@ -62,6 +62,8 @@ class Table {
   std::shared_ptr<const Node> node_;
 };
 
+struct Context;
+
 class Case {
  public:
   /// Reads a case file and checks it against `keys` (schema() of app/schema.hpp has all of them). `overrides` are
@@ -79,8 +81,8 @@ class Case {
   const std::string& path() const { return path_; }
   /// Names of the [[variant]] entries in order.
   const std::vector<std::string>& variants() const { return variants_; }
-  /// [parameter] values, usable in every formula.
-  const std::map<std::string, double>& parameters() const { return parameters_; }
+  /// [parameter] and [function], usable in every formula.
+  const Context& context() const { return *context_; }
   /// The whole case with every default filled in, as JSON for report.json.
   std::string json() const;
 
@@ -89,7 +91,7 @@ class Case {
   Table root_;
   std::string name_, path_;
   std::vector<std::string> variants_;
-  std::map<std::string, double> parameters_;
+  std::shared_ptr<const Context> context_;
 };
 
 // Selections of points by formula: where = "x > 0.5 && r < 1", with length = "mm" beside it.

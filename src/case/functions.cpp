@@ -125,7 +125,7 @@ Function read_formula(const FunctionTable& parts, const Context& context) {
                            .time = parts.unit(time_unit, "s"),
                            .temperature = parts.unit(temperature_unit, "K")};
   const Value* events = parts.find(breaks_key);
-  return Function::formula(expression, units, context.parameters, text.location,
+  return Function::formula(context.expanded(expression), units, context.parameters, text.location,
                            events ? read_numbers(*events, breaks_key) : std::vector<double>{});
 }
 

@@ -1,12 +1,12 @@
 #pragma once
-// What JSON is particular about, and a look into JSON that this program wrote.
+// Texts, numbers and members of JSON.
 #include <string>
 #include <utility>
 #include <vector>
 
 namespace calor {
 
-/// In quotes, escaped; bytes above 127 pass as they are (UTF-8).
+/// In quotes, escaped; UTF-8 passes as it is, and bytes that are none become the sign for that.
 std::string json_string(const std::string& text);
 /// Shortest text that reads back to the same bits; null for NaN and infinities, which JSON does not have.
 std::string json_number(double value);

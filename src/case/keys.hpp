@@ -41,6 +41,11 @@ std::string join(const std::string& path, const std::string& name);
 /// Checks a whole case: every key known, every value as declared, nothing missing. Throws Error(bad_case).
 void check_case_tree(const Schema& schema, const Value& root, const Context& context);
 
+/// Merges the value into the case `root` at a path of keys; none for a table of changes to the whole. What the change
+/// replaces goes: keys in whose place a new one stands, and keys of a choice (the shape of a cloud) that is no longer
+/// made. Throws Error(bad_case) where the path meets no table.
+void change_case(const Schema& schema, Value& root, const std::vector<std::string>& keys, const Value& value);
+
 /// What a Table holds on to.
 struct Table::Node {
   std::shared_ptr<Value> root;  ///< keeps the whole case alive

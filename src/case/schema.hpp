@@ -33,6 +33,8 @@ struct Key {
   /// Of a choice: its values. Of a function: other forms { NAME = "..." } that the key takes besides; read them by
   /// Table::sub(key).
   std::vector<std::string> choices = {};
+  /// Keys of the same table in whose place this one stands: a variant or KEY=VALUE that writes it drops them.
+  std::vector<std::string> instead_of = {};
 };
 inline const std::string required = "\x01required";
 inline const std::string optional = "\x01optional";

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -94,6 +95,20 @@ double above_absolute_zero(double si, const Value& value, const Key& key) {
 
 std::string Context::path_of(const std::string& file) const {
   return (std::filesystem::path(folder) / file).lexically_normal().string();
+}
+
+std::string Context::expanded(const std::string& formula) const {
+  const auto is_part = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '.'; };  // of a name or number
+  std::string text;
+  for (auto at = formula.begin(); at != formula.end();) {
+    const auto end = std::find_if_not(at, formula.end(), is_part);
+    const std::string word(at, end);
+    const auto named = formulas.find(word);
+    text += named == formulas.end() ? word : named->second;
+    at = end;
+    if (at != formula.end()) text += *at++;
+  }
+  return text;
 }
 
 void refuse_value(const Value& value, const std::string& what, const std::string& cure) {

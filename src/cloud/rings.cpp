@@ -98,9 +98,14 @@ Points cylinder_from(MPI_Comm comm, const Table& cloud) {
 /// Of a disc; a cylinder has more.
 std::vector<Key> disc_keys() {
   return {{"radius", Kind::quantity, "m", required, "Radius."},
-          {"rings", Kind::integer, "", optional,
-           "Rings of points around the centre, 6 m points on ring m; the last lies on the side."},
-          {"spacing", Kind::quantity, "m", optional, "Distance of the rings, instead of their number."},
+          {"rings",
+           Kind::integer,
+           "",
+           optional,
+           "Rings of points around the centre, 6 m points on ring m; the last lies on the side.",
+           {},
+           {"spacing"}},
+          {"spacing", Kind::quantity, "m", optional, "Distance of the rings, instead of their number.", {}, {"rings"}},
           {"sector",
            Kind::choice,
            "",

@@ -59,6 +59,8 @@ class MixturePointProperties final : public PointProperties {
         checked_fraction(recipe.fraction, x, fmt::format("fraction in '{}'", recipe.name), true);
     if (recipe.porosity)
       porosity_ = checked_fraction(*recipe.porosity, x, fmt::format("porosity of '{}'", recipe.name), false);
+    if (recipe.factor)
+      factor_ = checked_fraction(*recipe.factor, x, fmt::format("factor of the pores of '{}'", recipe.name), true);
     // In one mass unit of the mixture the second phase takes the volume a / rho2 of (1-a) / rho1 + a / rho2, so with
     // the fraction of the volume both bases hold heat and mass alike.
     if (recipe.basis == Basis::mass && has_capacity(recipe) && !x.empty()) {
@@ -159,7 +161,7 @@ class MixturePointProperties final : public PointProperties {
   /// Conductivity of points first ... and its derivatives by those of the phases.
   void mix(std::size_t first, const PhaseScratch& k_phase, std::span<double> k, PhaseScratch& by_phase) const {
     const std::size_t n = k.size(), count = phases_.size();
-    const bool in_two_steps = count == 3 && pores_ == Pores::sequential;
+    const bool in_two_steps = count == 3 && pores_ != Pores::third;
     const std::size_t at_once = in_two_steps ? 2 : count;
     PhaseScratch v;
     for (std::size_t p = 0; p < at_once; ++p)
@@ -167,6 +169,13 @@ class MixturePointProperties final : public PointProperties {
         v[p * n + i] = share(p, fraction_[first + i], in_two_steps ? 0 : porosity_[first + i]);
     mix_({v.data(), at_once * n}, {k_phase.data(), at_once * n}, k, {by_phase.data(), at_once * n});
     if (!in_two_steps) return;
+    if (pores_ == Pores::factor) {
+      for (std::size_t i = 0; i < n; ++i) {
+        const double f = factor_[first + i];
+        k[i] *= f, by_phase[i] *= f, by_phase[n + i] *= f, by_phase[2 * n + i] = 0;
+      }
+      return;
+    }
 
     PhaseScratch k_both, by_both;  // the solid, the pores
     for (std::size_t i = 0; i < n; ++i) {
@@ -184,7 +193,7 @@ class MixturePointProperties final : public PointProperties {
   Pores pores_;
   std::vector<std::unique_ptr<PointProperties>> phases_;
   std::vector<std::size_t> ingredients_;  // of every phase; none where the volumes are not known
-  PointValues fraction_, volume_fraction_, porosity_;
+  PointValues fraction_, volume_fraction_, porosity_, factor_;
   std::optional<Curve> curve_;  // k(T) where the phases, the fraction and the porosity allow it
 };
 
@@ -197,11 +206,12 @@ class Mixture final : public Material {
   }
   bool conductivity_of_T_alone() const override {
     return recipe_.fraction.is_constant() && (!recipe_.porosity || recipe_.porosity->is_constant()) &&
+           (!recipe_.factor || recipe_.factor->is_constant()) &&
            std::ranges::all_of(recipe_.phases, [](const auto& phase) { return phase->conductivity_of_T_alone(); });
   }
   bool conductivity_is_layered() const override {
     return recipe_.fraction.is_layered() || (recipe_.porosity && recipe_.porosity->is_layered()) ||
-           some(&Material::conductivity_is_layered);
+           (recipe_.factor && recipe_.factor->is_layered()) || some(&Material::conductivity_is_layered);
   }
   bool conductivity_depends_on_T() const override { return some(&Material::conductivity_depends_on_T); }
   bool conductivity_depends_on_time() const override { return some(&Material::conductivity_depends_on_time); }
@@ -250,6 +260,7 @@ std::shared_ptr<const Material> read_mixture(const std::string& name, const Tabl
     recipe.phases.push_back(others.get(pores.text("material"), pores.location("material")));
     recipe.porosity = pores.function("porosity");
     recipe.pores = pores.text("as") == "third" ? Pores::third : Pores::sequential;
+    if (pores.has("factor")) recipe.pores = Pores::factor, recipe.factor = pores.function("factor");
   }
   for (const auto& phase : recipe.phases)
     if (phase->anisotropy())
@@ -295,8 +306,16 @@ void declare_mixture(Schema& schema) {
                         "",
                         "sequential",
                         "How pores enter the conductivity. sequential: the rule mixes the two phases, then the result "
-                        "with the pores as second phase; third: it mixes all three at once.",
-                        {"sequential", "third"}}}});
+                        "with the pores as second phase; third: it mixes all three at once; factor: the result of the "
+                        "two phases times a factor.",
+                        {"sequential", "third", "factor"}}}});
+  schema.add({.path = "material.*.pores",
+              .sentence = "Pores by a factor.",
+              .keys = {{"factor", Kind::function, "", required,
+                        "Of the conductivity of the two phases, 0 to 1, a number or a function of place, such as "
+                        "{ formula = \"1 - 1.5*P\" } with [function.P] for the porosity."}},
+              .when_key = "as",
+              .when_value = "factor"});
 }
 
 }  // namespace
@@ -312,6 +331,7 @@ MaterialLaw mixture_law() {
 std::unique_ptr<Material> make_mixture(MixtureRecipe recipe, const SourceLocation& location) {
   refuse_all_but_place(recipe.fraction, fmt::format("fraction in '{}'", recipe.name));
   if (recipe.porosity) refuse_all_but_place(*recipe.porosity, fmt::format("porosity of '{}'", recipe.name));
+  if (recipe.factor) refuse_all_but_place(*recipe.factor, fmt::format("factor of the pores of '{}'", recipe.name));
   if (recipe.basis == Basis::mass && !recipe.rule->takes_mass)
     throw Error(Fault::bad_case, location,
                 fmt::format("'{}' mixes by mass, but the rule '{}' takes fractions of the volume", recipe.name,

@@ -14,6 +14,7 @@ namespace calor {
 
 Balance::Balance(HeatSystem& system) : system_(system) {
   add_materials();
+  add_body();
   add_sections();
   add_faces();
 }
@@ -40,6 +41,16 @@ void Balance::add_materials() {
     }
     keep(std::move(zone));
   }
+}
+
+void Balance::add_body() {
+  if (zones_.size() < 2 || std::ranges::count(zones_, "body", &Zone::name)) return;
+  Zone body{.name = "body"};
+  for (const Zone& material : zones_) {
+    body.point.insert(body.point.end(), material.point.begin(), material.point.end());
+    body.weight.insert(body.weight.end(), material.weight.begin(), material.weight.end());
+  }
+  zones_.push_back(std::move(body));
 }
 
 void Balance::add_sections() {

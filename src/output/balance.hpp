@@ -23,8 +23,9 @@ class Balance {
     double mean, minimum, maximum;
   };
 
-  /// Zones: the materials of the body, the sections of [boundary.*] and the other faces of the cloud. A face that has
-  /// the name of a material is called "face NAME". Both must outlive this. Collective.
+  /// Zones: the materials of the body, where there are several the "body" as a whole, the sections of [boundary.*] and
+  /// the other faces of the cloud. A face that has the name of a material is called "face NAME". Both must outlive
+  /// this. Collective.
   explicit Balance(HeatSystem& system);
 
   /// Boundary sections, then sources.
@@ -39,6 +40,7 @@ class Balance {
 
  private:
   void add_materials();
+  void add_body();
   void add_sections();
   void add_faces();
   /// Keeps the zone where any rank has points of it. Collective.

@@ -38,7 +38,8 @@ Quantity summary(const std::string& name, const std::string& plural, double Bala
           .column = "T",
           .is_of_body = true,
           .keys = {{name, Kind::text, "", required,
-                    "Name of the material, boundary section or face of the cloud whose temperature it is."}},
+                    "Name of the material, boundary section or face of the cloud whose temperature it is; body: all "
+                    "materials together, where there are several."}},
           .make = make};
 }
 

@@ -1,4 +1,4 @@
-// A warning where temperatures lie far outside those that the values of a library material are good for.
+// A warning where temperatures lie outside those that the values of a library material are good for.
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
@@ -52,8 +52,8 @@ class LibraryRange : public Observer {
     for (const Watched& w : watched_) {
       const double low = min(comm_, w.low), high = max(comm_, w.high);
       const LibraryMaterial& l = *w.material;
-      const double far = 0.5 * (l.high - l.low);
-      if ((low < l.low - far || high > l.high + far) && rank_of(comm_) == 0)
+      constexpr double rounding = 6;  // K: what has been measured from 25 degC on is good from 20 degC on
+      if ((low < l.low - rounding || high > l.high + rounding) && rank_of(comm_) == 0)
         spdlog::warn(
             "the library's '{}' is good for {:g} to {:g} K; here it was between {:.4g} and {:.4g} K: give "
             "properties for these temperatures",

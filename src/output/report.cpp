@@ -6,13 +6,16 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
 
 #include "base/parallel.hpp"
-#include "case/json.hpp"
 #include "output/files.hpp"
 
 namespace calor {
 namespace {
+
+using Json = nlohmann::ordered_json;
 
 constexpr const char* earlier = "/report.earlier.json";
 
@@ -24,31 +27,28 @@ std::string mpi_version() {
   return whole.substr(0, whole.find_first_of(",\n"));
 }
 
-std::string json(const std::vector<double>& numbers) {
-  std::string list;
-  for (const double number : numbers) list += (list.empty() ? "" : ", ") + json_number(number);
-  return "[" + list + "]";
+/// As Json has no NaN and no infinity it writes null for them.
+Json json(const Verdict& v) {
+  return {{"what", v.what},
+          {"norm", v.norm},
+          {"unit", v.unit},
+          {"error", v.error},
+          {"tolerance", v.tolerance},
+          {"passed", v.passed},
+          {"value", v.value},
+          {"reference", v.reference},
+          {"value_unit", v.value_unit},
+          {"worst_place", v.worst_place.empty() ? Json() : Json(v.worst_place)},
+          {"source", v.source}};
 }
 
-std::string json(const Verdict& v) {
-  return fmt::format(
-      R"({{"what": {}, "norm": {}, "unit": {}, "error": {}, "tolerance": {}, "passed": {}, "value": {}, "reference": {}, "value_unit": {}, "worst_place": {}, "source": {}}})",
-      json_string(v.what), json_string(v.norm), json_string(v.unit), json_number(v.error), json_number(v.tolerance),
-      v.passed, json_number(v.value), json_number(v.reference), json_string(v.value_unit),
-      v.worst_place.empty() ? "null" : json(v.worst_place), json_string(v.source));
-}
+Json json(const Extreme& extreme) { return {{"T", extreme.T}, {"t", extreme.t}, {"x", extreme.x}}; }
 
-std::string json(const Extreme& extreme) {
-  return fmt::format(R"({{"T": {}, "t": {}, "x": {}}})", json_number(extreme.T), json_number(extreme.t),
-                     json(extreme.x));
-}
-
-/// `"name": value` a line, as an object.
-std::string object(const std::vector<std::pair<std::string, std::string>>& members) {
-  std::string text;
-  for (const auto& [name, value] : members)
-    text += fmt::format("{}\n    {}: {}", text.empty() ? "" : ",", json_string(name), value);
-  return "{" + text + "\n  }";
+/// The words that a shell needs to repeat the run where it was started.
+std::vector<std::string> command_of(const RunResult& result, MPI_Comm comm) {
+  std::vector<std::string> words = result.command;
+  if (!words.empty() && size_of(comm) > 1) words.insert(words.end(), {"-j", std::to_string(size_of(comm))});
+  return words;
 }
 
 }  // namespace
@@ -67,26 +67,27 @@ void set_report_aside(MPI_Comm comm, const std::string& folder) {
 void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const RunResult& result,
                   const Phases& phases) {
   if (folder.empty()) return;
-  std::vector<std::pair<std::string, std::string>> counted, timed;
-  for (const auto& [name, value] : result.numbers) counted.emplace_back(name, json_number(value));
+  Json seconds = Json::object();
   for (const auto& [name, timing] : phases.timings()) {
     const double wall = max(comm, timing.wall), cpu = sum(comm, std::span(&timing.cpu, 1));
-    timed.emplace_back(name, fmt::format(R"({{"wall": {}, "cpu": {}}})", json_number(wall), json_number(cpu)));
+    seconds[name] = {{"wall", wall}, {"cpu", cpu}};
   }
-  std::string list;
-  for (const Verdict& v : result.verdicts) list += fmt::format("{}\n    {}", list.empty() ? "" : ",", json(v));
-
-  const std::string petsc = fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR);
-  std::string text = fmt::format("{{\n  \"name\": {},\n", json_string(c.name()));
-  for (const auto& [name, value] : result.texts)
-    text += fmt::format("  {}: {},\n", json_string(name), json_string(value));
-  text += fmt::format(
-      "  \"versions\": {},\n  \"temperatures\": {},\n  \"numbers\": {},\n  \"seconds\": {},\n",
-      object(
-          {{"calor", json_string(CALOR_VERSION)}, {"petsc", json_string(petsc)}, {"mpi", json_string(mpi_version())}}),
-      object({{"lowest", json(result.lowest)}, {"highest", json(result.highest)}}), object(counted), object(timed));
-  text += fmt::format("  \"passed\": {},\n  \"expect\": [{}],\n  \"case\": {}\n}}\n", result.passed(),
-                      list.empty() ? "" : list + "\n  ", c.json());
+  Json report = {{"name", c.name()},
+                 {"file", std::filesystem::absolute(c.path()).lexically_normal().string()},
+                 {"command", command_of(result, comm)}};
+  for (const auto& [name, text] : result.texts) report[name] = text;
+  report["versions"] = {
+      {"calor", CALOR_VERSION},
+      {"petsc", fmt::format("{}.{}.{}", PETSC_VERSION_MAJOR, PETSC_VERSION_MINOR, PETSC_VERSION_SUBMINOR)},
+      {"mpi", mpi_version()}};
+  report["temperatures"] = {{"lowest", json(result.lowest)}, {"highest", json(result.highest)}};
+  report["numbers"] = result.numbers;
+  report["seconds"] = std::move(seconds);
+  report["passed"] = result.passed();
+  report["expect"] = Json::array();
+  for (const Verdict& v : result.verdicts) report["expect"].push_back(json(v));
+  report["case"] = Json::parse(c.json());
+  const std::string text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   make_folder(comm, folder);
   collective_try(comm, [&] {
     if (rank_of(comm) != 0) return;

@@ -78,6 +78,7 @@ struct RunResult {
   std::vector<Verdict> verdicts;
   std::map<std::string, double> numbers;     ///< what report.json says
   std::map<std::string, std::string> texts;  ///< method, integrator and why it was taken
+  std::vector<std::string> command = {};     ///< words of the command line without -j; none where a program runs it
   Extreme lowest, highest;                   ///< of the points, at the moments that were recorded
   double wall = 0;                           ///< s
   int interrupted_by = 0;                    ///< signal number
@@ -90,8 +91,9 @@ struct RunResult {
 /// this one has a report of its own. Collective.
 void set_report_aside(MPI_Comm comm, const std::string& folder);
 
-/// Writes report.json: the case with all defaults, versions, the result and seconds per phase (wall: the slowest rank;
-/// cpu: all ranks together). An empty folder writes nothing. Throws Error(file). Collective.
+/// Writes report.json: the case with all defaults, its file, the command line, versions, the result and seconds per
+/// phase (wall: the slowest rank; cpu: all ranks together). An empty folder writes nothing. Throws Error(file).
+/// Collective.
 void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const RunResult& result,
                   const Phases& phases);
 

@@ -121,6 +121,8 @@ class Contract(unittest.TestCase):
         self.assertIn("ok    probe cold", (result / "run.log").read_text())
 
         report = self.read_json("results/plate/report.json")
+        self.assertEqual(report["file"], str((self.here / "plate.toml").resolve()))
+        self.assertEqual(report["command"][:3], ["calor", "run", "plate.toml"])
         self.assertEqual(report["case"]["cloud"]["points"], [11, 6])
         self.assertEqual(report["case"]["output"]["samples"], 200)  # a default
         self.assertLessEqual({"calor", "petsc", "mpi"}, set(report["versions"]))

@@ -7,6 +7,7 @@
 
 #include "case/json.hpp"
 #include "case/schema.hpp"
+#include "case/values.hpp"
 #include "errors.hpp"
 #include "results.hpp"
 
@@ -26,7 +27,8 @@ const Schema& keys() {
     s.add({.path = "cloud",
            .sentence = "",
            .keys = {{"size", Kind::quantities, "m", optional, ""},
-                    {"points", Kind::integers, "", optional, ""},
+                    {"points", Kind::integers, "", optional, "", {}, {"spacing"}},
+                    {"spacing", Kind::quantity, "m", optional, "", {}, {"points"}},
                     {"jitter", Kind::number, "", "0", ""}},
            .when_key = "shape",
            .when_value = "box"});
@@ -269,7 +271,7 @@ within = "3 K"
 
 TEST(Variants, AreMergedDeepIntoTheCase) {
   const Case c = with(two_variants, {"variant=deep"});
-  EXPECT_DOUBLE_EQ(c.parameters().at("B"), 1);
+  EXPECT_DOUBLE_EQ(c.context().parameters.at("B"), 1);
   EXPECT_EQ(c.section("cloud").numbers("size"), (std::vector<double>{1, 2}));
   EXPECT_DOUBLE_EQ(c.section("material").sub("steel").number("porosity"), 0.1);
   EXPECT_DOUBLE_EQ(c.section("material").sub("steel").function("conductivity")(), 50);
@@ -289,13 +291,61 @@ TEST(Variants, ReplaceExpectationsAndRemoveTables) {
 
 TEST(Variants, LeaveTheBaseCaseAlone) {
   const Case c = with(two_variants);
-  EXPECT_DOUBLE_EQ(c.parameters().at("B"), 0.5);
+  EXPECT_DOUBLE_EQ(c.context().parameters.at("B"), 0.5);
   EXPECT_FALSE(c.section("cloud").has("size"));
   EXPECT_EQ(c.variants(), (std::vector<std::string>{"deep", "marching"}));
 }
 
+// What a change replaces.
+
+const std::string plate_of_points =
+    "title = \"A case\"\n[cloud]\nsize = [\"1 m\"]\npoints = [11]\n[material.steel]\nconductivity = \"1 W/(m K)\"\n";
+
+TEST(Changes, OfAKeyDropTheOneInWhosePlaceItStands) {
+  const Case finer = parse(plate_of_points, {"cloud.spacing=1 mm"});
+  EXPECT_TRUE(finer.section("cloud").has("spacing"));
+  EXPECT_FALSE(finer.section("cloud").has("points"));
+  const Case by_variant =
+      parse(plate_of_points + "[[variant]]\nname = \"fine\"\nset = { cloud.spacing = \"1 mm\" }\n", {"variant=fine"});
+  EXPECT_FALSE(by_variant.section("cloud").has("points"));
+  EXPECT_TRUE(by_variant.section("cloud").has("size"));
+}
+
+TEST(Changes, OfAChoiceDropTheKeysThatWentWithTheOldOne) {
+  const std::string disc = "[[variant]]\nname = \"disc\"\nset.cloud = { shape = \"disc\", radius = \"1 m\" }\n";
+  const Case c = parse(plate_of_points + disc, {"variant=disc"});
+  EXPECT_DOUBLE_EQ(c.section("cloud").number("radius"), 1);
+  EXPECT_EQ(c.section("cloud").keys(), (std::vector<std::string>{"shape", "radius"}));
+  const Case by_words = parse(plate_of_points, {"cloud.radius=2 m", "cloud.shape=disc"});
+  EXPECT_DOUBLE_EQ(by_words.section("cloud").number("radius"), 2);
+  // What the change itself writes is not dropped in silence.
+  EXPECT_EQ(message(plate_of_points + "[[variant]]\nname = \"d\"\nset.cloud = { shape = \"disc\", jitter = 0.1 }\n"),
+            "folder/a.toml:9:31: 'jitter' goes with shape = \"box\", not \"disc\": leave it out, or change 'shape'");
+}
+
+TEST(Functions, StandInTheirPlaceAsIfInParentheses) {
+  const std::string sum = "[parameter]\nB = 2\n[function.V]\nformula = \"x + B\"\n[function.W]\nformula = \"2*V\"\n";
+  // 3 (x + 2), and 2 (x + 2) - 1e2 with x in mm.
+  EXPECT_DOUBLE_EQ(conductivity("{ formula = \"3*V\", unit = \"W/(m K)\" }", sum)({1, 0, 0}), 9);
+  EXPECT_DOUBLE_EQ(conductivity("{ formula = \"W - 1e2\", unit = \"W/(m K)\", length = \"mm\" }", sum)({1, 0, 0}),
+                   1904);
+}
+
+TEST(Functions, OfTheWrongKindAreRefused) {
+  EXPECT_EQ(
+      message_with("[function.V]\nformula = \"2*W\"\n").find("folder/a.toml:6:11: formula '2*W': unknown symbol 'W'"),
+      0u);
+  EXPECT_EQ(message_with("[function.V]\nformula = \"V\"\n").find("folder/a.toml:6:11: formula 'V': unknown symbol 'V'"),
+            0u);
+  EXPECT_EQ(message_with("[parameter]\nV = 1\n[function.V]\nformula = \"x\"\n"),
+            "folder/a.toml:7:11: 'V' is the name of a parameter and of a function: rename one of them");
+  EXPECT_EQ(message_with("[function]\nV = \"x\"\n"),
+            "folder/a.toml:6:1: 'V' cannot be the text \"x\": [function] holds tables with names of your choice: write "
+            "[function.NAME] above it");
+}
+
 TEST(Variants, ComeBeforeOtherOverrides) {
-  EXPECT_DOUBLE_EQ(with(two_variants, {"parameter.B=7", "variant=deep"}).parameters().at("B"), 7);
+  EXPECT_DOUBLE_EQ(with(two_variants, {"parameter.B=7", "variant=deep"}).context().parameters.at("B"), 7);
 }
 
 TEST(Variants, ReplaceFunctionsAsAWhole) {

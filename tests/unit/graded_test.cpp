@@ -116,11 +116,20 @@ TEST(GradedMaterial, TakesPoresOneAfterTheOtherOrAllAtOnce) {
   EXPECT_NEAR(Built(plate("kerner", "0.5", quarter + ", as = \"third\"")).conductivity(300)[5], 3.10057, 5e-6);
 }
 
+TEST(GradedMaterial, TakesPoresByAFactorAsTheyAreGiven) {
+  // 1 - 1.5 P of the solid's 4.42536 W/(m K) at P = 1/4; the heat of the pores is that of their volume.
+  const std::string functions = "[function.P]\nformula = \"0.25\"\n";
+  const std::string pores = R"(porosity = { formula = "P" }, factor = { formula = "1 - 1.5*P" })";
+  const Built b(plate("kerner", "0.5", pores) + functions), other(plate("kerner", "0.5", "porosity = 0.25"));
+  EXPECT_NEAR(b.conductivity(300)[5], 0.625 * 4.4253599, 1e-6);
+  EXPECT_EQ(b.heat_capacity(350), other.heat_capacity(350));
+}
+
 TEST(GradedMaterial, OfEveryRuleHasTheDerivativeOfItsConductivity) {
   // All three phases or two of them depend on temperature; against central differences of fourth order.
   for (const MixingRule& rule : mixing_rules())
-    for (const char* as : {"sequential", "third"}) {
-      const Built b(plate(rule.name, linear, parabola + ", as = \"" + as + "\""));
+    for (const char* as : {"\"sequential\"", "\"third\"", "\"factor\", factor = 0.7"}) {
+      const Built b(plate(rule.name, linear, parabola + ", as = " + as));
       std::vector<double> k(b.points()), dk(b.points());
       b.material().conductivity(0, std::vector<double>(b.points(), 400), k, dk);
       const auto up = b.conductivity(401), down = b.conductivity(399), up2 = b.conductivity(402),
@@ -187,6 +196,11 @@ TEST(GradedMaterial, IsRefusedWithTheValueAndThePlace) {
   expect_refused(plate("kerner", "0.5", "porosity = { formula = \"T\" }"),
                  {"porosity of 'plate' depends on temperature"});
   expect_refused(plate("kerner", "0.5", "porosity = 0.1, as = \"fourth\""), {"'as' cannot be \"fourth\""});
+  expect_refused(plate("kerner", "0.5", "porosity = 0.1, as = \"factor\""), {"needs 'factor'"});
+  expect_refused(plate("kerner", "0.5", "porosity = 0.1, as = \"third\", factor = 0.5"),
+                 {"'factor' goes with as = \"factor\""});
+  expect_refused(plate("kerner", "0.5", "porosity = 0.1, as = \"factor\", factor = 1.2"),
+                 {"the factor of the pores of 'plate' is 1.2"});
   std::string by_mass = plate("kerner", "0.5");
   by_mass.replace(by_mass.find("\"volume\""), 8, "\"mass\"");
   expect_refused(by_mass, {"the rule 'kerner' takes fractions of the volume"});

@@ -61,6 +61,9 @@ TEST(MaterialLibrary, GivesTheValuesOfItsSourcesAtSingleTemperatures) {
   // Worked out by hand from the formulas, or rows of the tables.
   for (const auto& [name, T, k, c] : {Figure{"stainless steel 316L", 1000, 24.958, 591.8},
                                       {"Inconel 625", 477.15, 12.5, 456},
+                                      {"Inconel 718", 600, 14.90852, 489.08},
+                                      {"Ti-6Al-4V", 723.15, 11.975, 640},
+                                      {"alumina", 1000, 8.738271, 1223.7},
                                       {"silicon carbide", 1000, 98.0392, 1191.6451},
                                       {"uranium dioxide", 1000, 3.467073, 311.3687},
                                       {"concrete EN 1992-1-2", 573.15, 1.0033, 1050}}) {

@@ -27,6 +27,7 @@ points = [9, 7]
 thickness = "5 mm"
 [material.a]
 library = "alumina"
+specific_heat = "1178 J/(kg K)"
 [material.b]
 library = "zirconia"
 [material.m]
@@ -324,7 +325,7 @@ TEST(Run, StartsFromTheEndOfAnother) {
   // A file of another cloud has no row for every point.
   const std::string coarser = replaced(onwards, "[9, 7]", "[5, 7]"), other = replaced(onwards, "[9, 7]", "[8, 7]");
   EXPECT_NO_THROW(run_into("", coarser + "[time]\nend = \"0.1 s\"\n"));  // has all its points there
-  expect_refused(other + "[time]\nend = \"0.1 s\"\n", {"test.toml:18:10", "has no row for the point"});
+  expect_refused(other + "[time]\nend = \"0.1 s\"\n", {"test.toml:19:10", "has no row for the point"});
 }
 
 TEST(Run, StartsFromACsvFile) {
