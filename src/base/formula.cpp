@@ -130,8 +130,8 @@ Formula::Scale Formula::scale(const std::string& unit, const std::string& si) {
 }
 
 Formula::Formula(std::string expression, const FormulaUnits& units, const std::map<std::string, double>& parameters,
-                 const SourceLocation& location)
-    : expression_(std::move(expression)) {
+                 const SourceLocation& location, const LengthsOfPlace& lengths)
+    : expression_(std::move(expression)), location_(location) {
   try {
     value_ = scale(units.value, units.si);
     length_ = scale(units.length, "m");
@@ -145,6 +145,10 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
   const std::map<std::string, double*> variables = {{"x", &x_}, {"y", &y_}, {"z", &z_},
                                                     {"r", &r_}, {"t", &t_}, {"T", &T_}};
   for (const auto& [name, address] : variables) parser_.DefineVar(name, address);
+  for (const auto& [name, length] : lengths) {
+    lengths_.push_back({name, length});
+    parser_.DefineVar(name, &lengths_.back().value);
+  }
   parser_.DefineConst("pi", std::numbers::pi);
   parser_.DefineConst("e", std::numbers::e);
   for (const auto& [name, value] : parameters) {
@@ -165,6 +169,7 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
   try {
     parser_.SetExpr(expression_);
     for (const auto& [name, address] : parser_.GetUsedVar()) used_.emplace(name, address);
+    std::erase_if(lengths_, [&](const NamedLength& n) { return !used_.contains(n.name); });
     parser_.Eval();  // compiles
   } catch (const mu::ParserError& e) {
     throw Error(Fault::bad_case, location, fmt::format("formula '{}': {}", expression_, plain(e.GetMsg())),
@@ -172,7 +177,10 @@ Formula::Formula(std::string expression, const FormulaUnits& units, const std::m
   }
 }
 
+bool Formula::uses_place() const { return uses("x") || uses("y") || uses("z") || uses("r") || !lengths_.empty(); }
+
 bool Formula::may_jump() const {
+  if (!lengths_.empty()) return true;  // distances bend where two places are equally near
   if (expression_.find_first_of("<>=!?&|") != std::string::npos) return true;
   for (const char* function : {"abs", "sign", "rint", "min", "max", "floor", "ceil", "mod"})
     if (expression_.find(function) != std::string::npos) return true;
@@ -186,6 +194,13 @@ double Formula::operator()(const Vec3& x, double t, double T) {
   r_ = std::sqrt(x_ * x_ + y_ * y_);
   t_ = t / time_.factor;
   T_ = (T - temperature_.shift) / temperature_.factor;
+  for (NamedLength& n : lengths_) {
+    if (!n.length->at)
+      throw Error(Fault::bad_case, location_,
+                  fmt::format("formula '{}': '{}' is not known before the body is made", expression_, n.name),
+                  "write it without");
+    n.value = n.length->at(x) / length_.factor;
+  }
   return value_.factor * parser_.Eval() + value_.shift;
 }
 

@@ -69,7 +69,7 @@ class Constant final : public Function::Kind {
 class OfPlaceTimeTemperature final : public Function::Kind {
  public:
   OfPlaceTimeTemperature(std::unique_ptr<Formula> formula, const SourceLocation& location)
-      : Kind({.place = formula->uses("x") || formula->uses("y") || formula->uses("z") || formula->uses("r"),
+      : Kind({.place = formula->uses_place(),
               .time = formula->uses("t"),
               .temperature = formula->uses("T")},
              location),
@@ -229,8 +229,8 @@ Function Function::constant(double value, const SourceLocation& location) {
 
 Function Function::formula(const std::string& expression, const FormulaUnits& units,
                            const std::map<std::string, double>& parameters, const SourceLocation& location,
-                           std::vector<double> events) {
-  auto formula = std::make_unique<Formula>(expression, units, parameters, location);
+                           std::vector<double> events, const LengthsOfPlace& lengths) {
+  auto formula = std::make_unique<Formula>(expression, units, parameters, location, lengths);
   Function function(std::make_shared<OfPlaceTimeTemperature>(std::move(formula), location));
   function.events_ = sorted(std::move(events));
   return function;

@@ -30,16 +30,23 @@ struct FormulaUnits {
   std::string length = "m", time = "s", temperature = "K";
 };
 
+/// A length that depends on place and that formulas know by a name, such as the distance to a face. Cases are read
+/// before there is a body: `at` is set when it is made, and whoever asks before gets an Error(bad_case).
+struct LengthOfPlace {
+  std::function<double(const Vec3& x)> at;  ///< m
+};
+using LengthsOfPlace = std::map<std::string, std::shared_ptr<LengthOfPlace>>;
+
 /// Cheap to copy. Copies of a formula share its parser: not for several threads at once.
 class Function {
  public:
   Function();  ///< zero
   static Function constant(double value, const SourceLocation& location = {});
-  /// muparser expression in x, y, z, r, t, T, pi, e and named parameters. r = sqrt(x^2 + y^2); log is ln.
+  /// muparser expression in x, y, z, r, t, T, pi, e, named parameters and lengths. r = sqrt(x^2 + y^2); log is ln.
   /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see events().
   static Function formula(const std::string& expression, const FormulaUnits& units,
                           const std::map<std::string, double>& parameters = {}, const SourceLocation& location = {},
-                          std::vector<double> events = {});
+                          std::vector<double> events = {}, const LengthsOfPlace& lengths = {});
   static Function of_temperature(Curve curve, const SourceLocation& location = {});
   static Function of_time(Curve curve, const SourceLocation& location = {});
   /// Constant in layers stacked along axis 0..2 from coordinate `start` upwards. At an interface (within 1e-9 of the

@@ -63,10 +63,24 @@ void read_formulas(const Value& root, Context& context) {
     const std::string text = context.expanded(read_text(*formula, {"formula", Kind::text, "", required, ""}));
     std::map<std::string, double> names = context.parameters;
     names[entry.key] = 0;  // for the message where the name is one that formulas know
-    Function::formula(text, {}, names, formula->location);
-    Function::formula(text, {}, context.parameters, formula->location);  // a function does not name itself
+    Function::formula(text, {}, names, formula->location, {}, context.lengths);
+    Function::formula(text, {}, context.parameters, formula->location, {},
+                      context.lengths);  // a function does not name itself
     context.formulas[entry.key] = '(' + text + ')';
   }
+}
+
+/// The names of [cloud.distance]; what they stand for is known when the body is made.
+LengthsOfPlace read_lengths(const Value& root) {
+  LengthsOfPlace lengths;
+  const Value* cloud = root.find("cloud");
+  const Value* section = cloud ? cloud->find("distance") : nullptr;
+  if (!section || !section->is_table()) return lengths;
+  for (const Entry& entry : section->entries) {
+    check_name(entry, "distance");
+    lengths[entry.key] = std::make_shared<LengthOfPlace>();
+  }
+  return lengths;
 }
 
 std::vector<std::string> variant_names(const Value& root) {
@@ -169,6 +183,7 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
   context->folder = std::filesystem::path(name).parent_path().string();
   const auto check = [&](const Value& root) {
     context->parameters = read_parameters(root);
+    context->lengths = read_lengths(root);
     read_formulas(root, *context);
     check_case_tree(keys, root, *context);
   };
@@ -228,7 +243,7 @@ Function where_function(const Case& c, const Table& table) {
   }
   const Function f = Function::formula(c.context().expanded(table.text("where")),
                                        {.value = "", .si = "", .length = table.text("length")}, c.context().parameters,
-                                       table.location("where"));
+                                       table.location("where"), {}, c.context().lengths);
   if (f.depends_on_time() || f.depends_on_temperature())
     table.refuse("where",
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),

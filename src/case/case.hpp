@@ -48,6 +48,8 @@ class Table {
   /// Location of the key's value; of the table itself where the key is absent or empty.
   SourceLocation location(const std::string& key = {}) const;
   const std::string& path() const;  ///< "material.steel"
+  /// The length of that name which formulas of the case know ([cloud.distance]).
+  LengthOfPlace& length_of_place(const std::string& name) const;
   /// A file named in the case, relative to the case file.
   std::string file(const std::string& key) const;
 
@@ -81,7 +83,7 @@ class Case {
   const std::string& path() const { return path_; }
   /// Names of the [[variant]] entries in order.
   const std::vector<std::string>& variants() const { return variants_; }
-  /// [parameter] and [function], usable in every formula.
+  /// [parameter], [function] and [cloud.distance], usable in every formula.
   const Context& context() const { return *context_; }
   /// The whole case with every default filled in, as JSON for report.json.
   std::string json() const;

@@ -126,7 +126,7 @@ Function read_formula(const FunctionTable& parts, const Context& context) {
                            .temperature = parts.unit(temperature_unit, "K")};
   const Value* events = parts.find(breaks_key);
   return Function::formula(context.expanded(expression), units, context.parameters, text.location,
-                           events ? read_numbers(*events, breaks_key) : std::vector<double>{});
+                           events ? read_numbers(*events, breaks_key) : std::vector<double>{}, context.lengths);
 }
 
 /// Rows of a table in SI; `locations`: where they stand.

@@ -127,6 +127,8 @@ const std::string& Table::path() const { return node_->path; }
 
 std::string Table::file(const std::string& key) const { return node_->context->path_of(text(key)); }
 
+LengthOfPlace& Table::length_of_place(const std::string& name) const { return *node_->context->lengths.at(name); }
+
 void Table::refuse(const std::string& key, const std::string& what, const std::string& cure) const {
   throw Error(Fault::bad_case, location(key), what, cure);
 }

@@ -16,6 +16,7 @@ struct Context {
   std::string folder;                           ///< of the case file; names of files count from here
   std::map<std::string, double> parameters;     ///< of formulas
   std::map<std::string, std::string> formulas;  ///< [function], that others may use by name; complete in themselves
+  LengthsOfPlace lengths;                       ///< of formulas: the names of [cloud.distance]
   /// The formula with the text of those that it names in their place.
   std::string expanded(const std::string& formula) const;
   std::string path_of(const std::string& file) const;

@@ -14,6 +14,7 @@
 #include "cloud/body_measures.hpp"
 #include "cloud/body_points.hpp"
 #include "cloud/cells.hpp"
+#include "cloud/face_distance.hpp"
 #include "cloud/shapes.hpp"
 #include "surface/part_keys.hpp"
 #include "surface/polygon.hpp"
@@ -118,27 +119,14 @@ std::vector<std::string> note_on_gaps(const PartsOfBody& parts, double spacing) 
 struct Refinement {
   double spacing, growth;
   Vec3 at;  ///< or
-  std::shared_ptr<const Surface> face = {};
-  std::shared_ptr<const SurfaceTree> tree = {};
+  std::shared_ptr<const FaceDistance> face = {};
 
   /// Distance from it, m, if it is below `bound`.
   std::optional<double> distance(const Vec3& x, double bound) const {
-    if (!tree) return norm(x - at) < bound ? std::optional(norm(x - at)) : std::nullopt;
-    const auto near = tree->closest(x, bound);
-    return near ? std::optional(near->distance) : std::nullopt;
+    if (face) return face->within(x, bound);
+    return norm(x - at) < bound ? std::optional(norm(x - at)) : std::nullopt;
   }
 };
-
-void find_face(const Table& table, const Surface& body, Refinement& out) {
-  const auto face = std::ranges::find(body.faces, table.text("face"));
-  if (face == body.faces.end())
-    table.refuse("face", fmt::format("'{}' is not a face of the body", table.text("face")),
-                 fmt::format("its faces are {}", fmt::join(body.faces, ", ")));
-  auto only = std::make_shared<Surface>(body);
-  std::erase_if(only->facets, [&](const Surface::Triangle& f) { return f.face != face - body.faces.begin(); });
-  out.tree = std::make_shared<SurfaceTree>(*only);
-  out.face = std::move(only);
-}
 
 std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body) {
   std::vector<Refinement> out;
@@ -159,7 +147,7 @@ std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body
       table.refuse("", "finer points need to know near what", "give either face = \"...\" or at = [...]");
     Refinement& refined = out.emplace_back(table.number("spacing"), growth);
     if (table.has("face")) {
-      find_face(table, body, refined);
+      refined.face = std::make_shared<const FaceDistance>(body, table, "face");
       continue;
     }
     const std::vector<double> at = table.numbers("at");
@@ -198,8 +186,10 @@ double least_spacing(const Table& cloud, const Function& spacing) {
   } else {
     constexpr double coarse = 1e9;  // m: facets as large as they come
     constexpr int places = 32;      // along every axis
+    const PartsOfBody parts = read_parts(cloud, coarse);
+    if (cloud.has("distance")) set_distances(cloud, assemble(cloud, parts).surface);
     std::vector<Vec3> corners;
-    for (const Surface& solid : read_parts(cloud, coarse).solids)
+    for (const Surface& solid : parts.solids)
       corners.insert(corners.end(), solid.vertices.begin(), solid.vertices.end());
     const Bounds box = bounds_of(corners);
     for (int n = 0; n < places * places * places; ++n) {
@@ -264,6 +254,7 @@ Points body_from(MPI_Comm comm, const Table& cloud) {
   PartsOfBody parts = read_parts(cloud, least);
   const double section = section_of(cloud, parts.solids[0].dimension);
   Assembly body = assemble(cloud, parts);
+  set_distances(cloud, body.surface);
   located(cloud.location("spacing"), [&] { refuse_misfits(comm, body, least); });
   const SpacingField spacing = spacing_field(cloud, everywhere, body.surface);
   std::vector<std::string> notes = note_on_gaps(parts, least);
@@ -378,6 +369,7 @@ void declare_surface(Schema& schema) {
                 .when_key = "shape",
                 .when_value = shape.name});
   declare_holes(schema);
+  declare_distances(schema);
   schema.add({.path = "cloud.near[]",
               .sentence = "Finer points near a face or a place of a body of shape = \"surface\".",
               .keys = {{"face", Kind::text, "", optional, "Name of the face; or"},

@@ -141,6 +141,9 @@ Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
     if (const std::vector<Table> list = table.list(key); !list.empty() && shape != "surface")
       list.front().refuse("", fmt::format("[[cloud.{}]] has no effect on a cloud of shape \"{}\"", key, shape),
                           "remove it, or take shape = \"surface\"");
+  if (table.has("distance") && shape != "surface")
+    table.refuse("distance", fmt::format("[cloud.distance] has no effect on a cloud of shape \"{}\"", shape),
+                 "remove it, or take shape = \"surface\"");
   Points points = cloud_shapes().chosen(table, "shape").make(comm, table);
   const bool axisymmetric = table.flag("axisymmetric");
   if (axisymmetric) require_section(comm, table, points);

@@ -46,10 +46,13 @@ Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material
   if (!layers.empty()) read_layers(body);
   if (layers.empty() && (body.has("material") || regions.empty())) {
     rest_ = count();
-    parts_.push_back({body.has("material") ? body.text("material") : only_material, body.location("material")});
+    parts_.push_back({.material = body.has("material") ? body.text("material") : only_material,
+                      .tag = "",
+                      .location = body.location("material")});
     contacts_.push_back(nullptr);
   }
   for (const Table& region : regions) read_region(c, region);
+  for (const Table& contact : body.list("contact")) read_contact(contact);
   if (rest_ < 0 && layers.empty()) {
     const std::span<const Vec3> x = cloud.owned_points();
     collective_try(cloud.comm, [&] { (void)at(x, std::span(cloud.tag).first(x.size())); });
@@ -57,7 +60,9 @@ Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material
 }
 
 int Parts::add(const Table& table) {
-  parts_.push_back({table.text("material"), table.location("material")});
+  parts_.push_back({.material = table.text("material"),
+                    .tag = table.has("tag") ? table.text("tag") : "",
+                    .location = table.location("material")});
   contacts_.push_back(nullptr);
   if (table.has("contact")) {
     contacts_.back() = std::make_unique<Function>(table.function("contact"));
@@ -129,9 +134,43 @@ void Parts::read_region(const Case& c, const Table& table) {
   regions_.push_back(std::move(region));
 }
 
+std::vector<int> Parts::parts_called(const std::string& name, const Table& contact) const {
+  std::vector<int> by_tag, by_material;
+  std::vector<std::string> known;
+  for (int p = 0; p < count(); ++p) {
+    if (parts_[p].tag == name) by_tag.push_back(p);
+    if (parts_[p].material == name) by_material.push_back(p);
+    for (const std::string& other : {parts_[p].tag, parts_[p].material})
+      if (!other.empty() && !std::ranges::count(known, other)) known.push_back(other);
+  }
+  if (by_tag.empty() && by_material.empty())
+    contact.refuse("between", fmt::format("no part of the body is called '{}'", name),
+                   fmt::format("name a part by its tag or by its material: {}", fmt::join(known, ", ")));
+  return by_tag.empty() ? by_material : by_tag;
+}
+
+void Parts::read_contact(const Table& table) {
+  const std::vector<std::string> names = table.texts("between");
+  if (names.size() != 2)
+    table.refuse("between", fmt::format("a contact between {} parts", names.size()),
+                 "name the two parts on either side of it");
+  bool is_one = true;
+  for (const int p : parts_called(names[0], table))
+    for (const int q : parts_called(names[1], table)) {
+      if (p == q) continue;
+      is_one = false;
+      between_.insert_or_assign(std::minmax(p, q), table.function("conductance"));
+    }
+  if (is_one)
+    table.refuse("between", fmt::format("'{}' and '{}' are the same part", names[0], names[1]),
+                 "name the two parts on either side of the contact");
+  has_contacts_ = true;
+}
+
 const Function* Parts::contact(int part, int other) const {
   const auto [low, high] = std::minmax(part, other);
   if (low == high) return nullptr;
+  if (const auto found = between_.find({low, high}); found != between_.end()) return &found->second;
   return contacts_[high]                               ? contacts_[high].get()
          : high < static_cast<int>(layers_.top.size()) ? nullptr
                                                        : contacts_[low].get();
@@ -300,6 +339,13 @@ void declare_parts(Schema& schema) {
   schema.add({.path = "body.region[]",
               .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
               .keys = keys});
+  schema.add({.path = "body.contact[]",
+              .sentence = "A contact between two parts of the body, wherever they meet; it comes before the 'contact' of "
+                          "either of them, and a later one before an earlier one.",
+              .keys = {{"between", Kind::texts, "", required,
+                        "The two parts, each by the tag of its region or by its material."},
+                       {"conductance", Kind::function, "W/(m^2 K)", required,
+                        "Conductance of the contact, of place and temperature; 0: no heat crosses it."}}});
 }
 
 }  // namespace calor

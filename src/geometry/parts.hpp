@@ -2,10 +2,12 @@
 // The parts of a body: its layers and regions, each of one material, and where they meet. An interface is geometry, not
 // a set of points: the plane between two layers, or the surface on which a region's formula changes.
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "base/function.hpp"
@@ -15,8 +17,8 @@
 namespace calor {
 
 struct Part {
-  std::string material;
-  SourceLocation location;  ///< where the case names it
+  std::string material, tag;  ///< the tag of its points, if it is a region by tag
+  SourceLocation location;    ///< where the case names it
 };
 
 /// A share of some places, in ascending order.
@@ -90,6 +92,8 @@ class Parts {
 
   void read_layers(const Table& body);
   void read_region(const Case& c, const Table& table);
+  void read_contact(const Table& table);
+  std::vector<int> parts_called(const std::string& name, const Table& contact) const;
   int add(const Table& table);
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
   bool is_inside(const Vec3& x) const;  // true where the walls are not known
@@ -105,6 +109,7 @@ class Parts {
   Layers layers_;
   std::vector<Region> regions_;
   std::vector<std::unique_ptr<Function>> contacts_;  ///< of every part, with the part before it or all around it
+  std::map<std::pair<int, int>, Function> between_;  ///< of two parts, the lower first; they come before
   bool has_contacts_ = false;
 };
 

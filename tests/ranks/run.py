@@ -23,7 +23,7 @@ TOLERANCE = 1e-7  # of the span of temperatures in the results of a case, or of 
 STEP_TOLERANCE = 2e-5  # adaptive steps follow an error estimate, which has the digits of the linear solver
 ADAPTIVE_TOLERANCE = 1e-6  # so results of adaptive steps differ by about that part of their errors in time, 1e-2 of the span at most
 LIMIT = 900  # s; nothing here takes more than a few on an idle machine, unless ranks wait for each other for ever
-LONG = ["body/flange/*", "body/radiating-sphere*", "body/sphere/*", "body/t-joint/*", "body/tube-in-tube/*", "body/two-layer-sphere/*",
+LONG = ["body/blade/*", "body/flange/*", "body/radiating-sphere*", "body/sphere/*", "body/t-joint/*", "body/tube-in-tube/*", "body/two-layer-sphere/*",
         "dan/W?D*/mlpg*", "dan/W3D/peridynamics", "dan/circles*", "dan/convection/virtual-faces", "dan/cube-*",
         "dan/rosenthal-*", "dan/steel/implicit", "rong-kisu/fig6*", "rong-kisu/fig9/cylinder*", "rong-kisu/thermal-shock*",
         "start/jittered/mlpg-81", "start/weld*", "wang/fig*/*"]

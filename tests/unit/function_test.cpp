@@ -34,6 +34,19 @@ void expect_refused(const std::string& expression, const std::string& part) {
   EXPECT_FALSE(e.cure().empty()) << expression;
 }
 
+TEST(Function, AFormulaKnowsLengthsThatGetTheirValuesLater) {
+  const LengthsOfPlace lengths{{"depth", std::make_shared<LengthOfPlace>()}, {"other", nullptr}};
+  const Function f =
+      Function::formula("2*depth + x", {.value = "mm", .si = "m", .length = "mm"}, {}, here, {}, lengths);
+  EXPECT_TRUE(f.depends_on_place());
+  EXPECT_TRUE(f.may_jump());
+  const Error e = refusal([&] { f({1, 0, 0}); });
+  EXPECT_EQ(e.fault(), Fault::bad_case);
+  EXPECT_NE(e.problem().find("'depth' is not known before"), std::string::npos) << e.what();
+  lengths.at("depth")->at = [](const Vec3& x) { return 3 * x.x; };
+  EXPECT_DOUBLE_EQ(f({0.5, 0, 0}), 3.5);
+}
+
 TEST(Function, IsZeroWhereNothingIsGiven) {
   EXPECT_EQ(Function()({1, 2, 3}, 4, 5), 0);
   EXPECT_TRUE(Function().is_constant());
