@@ -13,6 +13,7 @@
 #include "base/parallel.hpp"
 #include "cloud/neighbours.hpp"
 #include "cloud/points.hpp"
+#include "cloud/shapes.hpp"
 #include "conduction/method.hpp"
 #include "output/vtu.hpp"
 #include "surface/body.hpp"
@@ -159,7 +160,7 @@ std::vector<std::pair<std::string, std::string>> table(const Cloud& cloud, const
 int show_cloud(const Case& c, const std::string& name, MPI_Comm comm) {
   const Method& method = chosen_method(c);
   const Table section = c.section("cloud");
-  const SourceLocation location = section.location(section.has("file") ? "file" : "shape");
+  const SourceLocation location = location_of_points(section);
   const Support support = method.support(c);
   std::unique_ptr<Cloud> cloud;
   located(location, [&] { cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); });

@@ -10,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
+#include "cloud/shapes.hpp"
 #include "output/probes.hpp"
 #include "solve/initial.hpp"
 #include "solve/twin.hpp"
@@ -140,7 +141,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Method& method = chosen_method(c);
   const bool steady = is_steady(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
-  const SourceLocation cloud_location = c.section("cloud").location(c.section("cloud").has("file") ? "file" : "shape");
+  const SourceLocation cloud_location = location_of_points(c.section("cloud"));
   const Support support = method.support(c);
   located(cloud_location,
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });

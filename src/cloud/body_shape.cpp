@@ -11,11 +11,13 @@
 
 #include "base/function.hpp"
 #include "base/parallel.hpp"
-#include "cloud/body_measures.hpp"
-#include "cloud/body_points.hpp"
+#include "cloud/body_cloud.hpp"
+#include "cloud/body_spacing.hpp"
 #include "cloud/cells.hpp"
 #include "cloud/face_distance.hpp"
+#include "cloud/given_points.hpp"
 #include "cloud/shapes.hpp"
+#include "cloud/symmetry.hpp"
 #include "surface/part_keys.hpp"
 #include "surface/polygon.hpp"
 #include "surface/solid_shapes.hpp"
@@ -115,69 +117,6 @@ std::vector<std::string> note_on_gaps(const PartsOfBody& parts, double spacing) 
   return notes;
 }
 
-/// A finer spacing on a face or at a place, which grows away from it.
-struct Refinement {
-  double spacing, growth;
-  Vec3 at;  ///< or
-  std::shared_ptr<const FaceDistance> face = {};
-
-  /// Distance from it, m, if it is below `bound`.
-  std::optional<double> distance(const Vec3& x, double bound) const {
-    if (face) return face->within(x, bound);
-    return norm(x - at) < bound ? std::optional(norm(x - at)) : std::nullopt;
-  }
-};
-
-std::vector<Refinement> read_refinements(const Table& cloud, const Surface& body) {
-  std::vector<Refinement> out;
-  for (const Table& table : cloud.list("near")) {
-    if (!(table.number("spacing") > 0))
-      table.refuse("spacing", fmt::format("a spacing of {} m is not positive", table.number("spacing")),
-                   "give a positive one");
-    const Function everywhere = cloud.function("spacing");
-    if (everywhere.is_constant() && !(table.number("spacing") < everywhere({})))
-      table.refuse("spacing",
-                   fmt::format("a spacing of {:.6g} m here is not below that of the cloud, {:.6g} m",
-                               table.number("spacing"), everywhere({})),
-                   "give a finer one, or a coarser one to [cloud]");
-    const double growth = table.number("growth");
-    if (!(growth > 0 && growth <= 1))
-      table.refuse("growth", fmt::format("growth = {:g}", growth), "give more than 0 and at most 1: 0.2 suits most");
-    if (table.has("face") == table.has("at"))
-      table.refuse("", "finer points need to know near what", "give either face = \"...\" or at = [...]");
-    Refinement& refined = out.emplace_back(table.number("spacing"), growth);
-    if (table.has("face")) {
-      refined.face = std::make_shared<const FaceDistance>(body, table, "face");
-      continue;
-    }
-    const std::vector<double> at = table.numbers("at");
-    if (static_cast<int>(at.size()) != body.dimension)
-      table.refuse("at", fmt::format("a place of {} coordinates in a body of {} dimensions", at.size(), body.dimension),
-                   "give one coordinate an axis");
-    for (int a = 0; a < body.dimension; ++a) refined.at[a] = at[a];
-  }
-  return out;
-}
-
-double positive_spacing(const Function& spacing, const Vec3& x) {
-  const double d = spacing(x);
-  if (!(d > 0))
-    throw Error(Fault::bad_case, spacing.location(),
-                spacing.is_constant()
-                    ? fmt::format("a spacing of {} m is not positive", d)
-                    : fmt::format("a spacing of {} m at ({:.6g}, {:.6g}, {:.6g}) m is not positive", d, x.x, x.y, x.z),
-                "give a positive one");
-  return d;
-}
-
-/// The spacing that the case gives everywhere, by place.
-Function spacing_everywhere(const Table& cloud) {
-  Function spacing = cloud.function("spacing");
-  if (spacing.depends_on_time() || spacing.depends_on_temperature())
-    cloud.refuse("spacing", "the spacing depends on time or temperature", "points stay where they are: use x, y, z");
-  return spacing;
-}
-
 /// The finest spacing that the case asks for, as far as places all over the box around the body tell.
 double least_spacing(const Table& cloud, const Function& spacing) {
   double least = std::numeric_limits<double>::max();
@@ -200,22 +139,6 @@ double least_spacing(const Table& cloud, const Function& spacing) {
   }
   for (const Table& table : cloud.list("near")) least = std::min(least, table.number("spacing"));
   return least;
-}
-
-SpacingField spacing_field(const Table& cloud, const Function& spacing, const Surface& body) {
-  std::vector<Refinement> refined = read_refinements(cloud, body);
-  if (spacing.is_constant() && refined.empty())
-    return {.at = [d = spacing({})](const Vec3&) { return d; }, .is_uniform = true};
-  return {.at =
-              [spacing, refined = std::move(refined)](const Vec3& x) {
-                double least = positive_spacing(spacing, x);
-                for (const Refinement& r : refined) {
-                  const auto distance = r.distance(x, std::max(0.0, (least - r.spacing) / r.growth));
-                  if (distance) least = std::min(least, r.spacing + r.growth * *distance);
-                }
-                return least;
-              },
-          .is_uniform = false};
 }
 
 /// Refuses spacings that do not fit the body, before points are made.
@@ -248,94 +171,107 @@ void add_tags(PartsOfBody parts, Surface interfaces, Points& out) {
     p.tag = std::max(0, out.solids->tag_at(out.body->moved_inside(p.x, Body::skin * p.spacing)));
 }
 
+/// The plane in the middle of the body that key `symmetry` names, and the halves of the parts above it. The other
+/// halves become their images; refuses parts that are not so already but for the facets.
+struct Symmetry {
+  MirrorPlane plane;
+  std::vector<Surface> halves;
+};
+std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, double spacing) {
+  if (!cloud.has("symmetry")) return std::nullopt;
+  constexpr double alike = 0.05;  // spacings
+  const int axis = cloud.text("symmetry")[0] - 'x';
+  if (axis >= parts.solids[0].dimension) cloud.refuse("symmetry", "the body has no axis z: it is 2D", "write x or y");
+  std::vector<Vec3> corners;
+  for (const Surface& solid : parts.solids) corners.insert(corners.end(), solid.vertices.begin(), solid.vertices.end());
+  const Bounds box = bounds_of(corners);
+  Symmetry out{.plane = {.axis = axis, .at = 0.5 * (box.low[axis] + box.high[axis])}, .halves = {}};
+  for (Surface& solid : parts.solids) {
+    const SurfaceTree tree(solid);
+    for (const Vec3& x : solid.vertices)
+      if (!tree.closest(out.plane.image(x), alike * spacing))
+        cloud.refuse("symmetry",
+                     fmt::format("the body is not its own image in the plane {} = {:.6g} m: ({:.6g}, {:.6g}, {:.6g}) m "
+                                 "lies on its surface, but the image of it does not",
+                                 cloud.text("symmetry"), out.plane.at, x.x, x.y, x.z),
+                     "leave 'symmetry' out");
+    out.halves.push_back(upper_half(solid, out.plane));
+    solid = with_image(out.halves.back(), out.plane);
+  }
+  return out;
+}
+
+constexpr const char* finer = "take a smaller spacing, or finer points there by [[cloud.near]]";
+
+MeasuredPoints made_points(const Body& body, const SpacingField& spacing, std::uint64_t seed) {
+  const std::vector<Box> boxes = cover(body, spacing);
+  return measured(body, make_points(body, spacing, boxes, seed), boxes, finer);
+}
+
+MeasuredPoints symmetric_points(const Body& body, const Symmetry& symmetry, const SpacingField& spacing,
+                                std::uint64_t seed) {
+  const Body half(assemble(symmetry.halves));
+  const std::vector<std::string>&faces = half.surface().faces, &of_body = body.surface().faces;
+  const auto cut = static_cast<int>(std::ranges::find(faces, cut_face) - faces.begin());
+  MeasuredPoints out = with_images(made_points(half, spacing, seed), symmetry.plane, cut);
+  for (MeasuredPoints::Piece& piece : out.pieces)
+    piece.face = static_cast<int>(std::ranges::find(of_body, faces[piece.face]) - of_body.begin());
+  return out;
+}
+
+MeasuredPoints given_points(const Body& body, const GivenPoints& given) {
+  PlacedPoints placed = place_given(body, given);
+  MeasuredPoints out = measured(body, placed.points, cover(body, spacing_of_nearest(placed.points)),
+                                "leave this point out, or give it more room");
+  out.id = std::move(placed.id);
+  return out;
+}
+
+/// Refuses what makes no points, and what has no effect on points that are given.
+void check_keys(const Table& cloud) {
+  const bool given = cloud.has("points");
+  if (given == cloud.has("spacing"))
+    cloud.refuse(given ? "spacing" : "",
+                 given ? "the points are given, and have their spacing" : "the cloud says nothing of its points",
+                 given ? "leave 'spacing' out, or 'points'"
+                       : "add spacing = the distance of the points, or points = a file that holds them");
+  if (given && !cloud.list("near").empty())
+    cloud.list("near").front().refuse("", "[[cloud.near]] has no effect on points that are given", "remove it");
+  if (given && cloud.has("symmetry"))
+    cloud.refuse("symmetry", "'symmetry' has no effect on points that are given", "leave it out");
+}
+
 Points body_from(MPI_Comm comm, const Table& cloud) {
-  const Function everywhere = spacing_everywhere(cloud);
-  const double least = least_spacing(cloud, everywhere);
+  check_keys(cloud);
+  std::optional<GivenPoints> given;
+  if (cloud.has("points")) given = read_given_points(cloud);
+  const Function everywhere = given ? Function::constant(given->least) : spacing_everywhere(cloud);
+  const double least = given ? given->least : least_spacing(cloud, everywhere);
   PartsOfBody parts = read_parts(cloud, least);
   const double section = section_of(cloud, parts.solids[0].dimension);
-  Assembly body = assemble(cloud, parts);
-  set_distances(cloud, body.surface);
-  located(cloud.location("spacing"), [&] { refuse_misfits(comm, body, least); });
-  const SpacingField spacing = spacing_field(cloud, everywhere, body.surface);
+  const std::optional<Symmetry> symmetry = make_symmetric(cloud, parts, least);
+  Assembly assembly = assemble(cloud, parts);
+  set_distances(cloud, assembly.surface);
+  located(cloud.location(given ? "points" : "spacing"), [&] { refuse_misfits(comm, assembly, least); });
+  const SpacingField spacing = spacing_field(cloud, everywhere, assembly.surface);
   std::vector<std::string> notes = note_on_gaps(parts, least);
-  Surface interfaces = body.surface;
-  interfaces.facets.erase(interfaces.facets.begin(), interfaces.facets.begin() + body.walls);
-  Points out = make_body(comm, std::move(body), spacing, static_cast<std::uint64_t>(cloud.integer("seed")), section);
+  Surface interfaces = assembly.surface;
+  interfaces.facets.erase(interfaces.facets.begin(), interfaces.facets.begin() + assembly.walls);
+  const auto body = std::make_shared<const Body>(std::move(assembly));
+  const auto seed = static_cast<std::uint64_t>(cloud.integer("seed"));
+  // All ranks make the same points and keep a part of them.
+  const MeasuredPoints all = located(cloud.location(given ? "points" : "spacing"), [&] {
+    return given      ? given_points(*body, *given)
+           : symmetry ? symmetric_points(*body, *symmetry, spacing, seed)
+                      : made_points(*body, spacing, seed);
+  });
+  Points out = slice_of(comm, all, body, section);
   std::ranges::move(notes, std::back_inserter(out.notes));
   add_tags(std::move(parts), std::move(interfaces), out);
   return out;
 }
 
-/// Refuses a point that has nothing of the body.
-[[noreturn]] void refuse_thin(const BodyPoints& points, int i) {
-  const Vec3& x = points.grid.x(i);
-  const double d = points.grid.spacing(i);
-  throw Error(
-      Fault::bad_case,
-      fmt::format("the body is too thin or too sharp at ({:.6g}, {:.6g}, {:.6g}) m for points {:.6g} m apart, or "
-                  "parts of it touch there",
-                  x.x, x.y, x.z, d),
-      "take a smaller spacing, or finer points there by [[cloud.near]]");
-}
-
-/// Says where the body is thinner than two spacings. Near edges it is so everywhere.
-std::vector<std::string> note_on_thin_walls(const Body& body, const BodyPoints& points) {
-  constexpr double thin = 2, near_edges = 0.02;
-  int count = 0;
-  Vec3 place;
-  for (int i = 0; i < points.on_surface(); ++i) {
-    if (points.on[i].size() != 1 || !body.is_wall(points.on[i][0].patch)) continue;
-    const Vec3& x = points.grid.x(i);
-    const double d = points.grid.spacing(i);
-    if (body.sees(body.moved_inside(x, Body::skin * d), x - thin * d * points.on[i][0].normal)) continue;
-    if (count++ == 0) place = x;
-  }
-  if (count <= near_edges * points.on_surface()) return {};
-  return {
-      fmt::format("at {} of {} points of the surface the body is thinner than two spacings, first at ({:.6g}, {:.6g}, "
-                  "{:.6g}) m: heat crosses it on fewer than three points",
-                  count, points.on_surface(), place.x, place.y, place.z)};
-}
-
 }  // namespace
-
-Points make_body(MPI_Comm comm, Assembly assembly, const SpacingField& spacing, std::uint64_t seed, double section) {
-  const int D = assembly.surface.dimension;
-  const auto body = std::make_shared<const Body>(std::move(assembly));
-  // All ranks make the same points and keep a part of them.
-  const std::vector<Box> boxes = cover(*body, spacing);
-  const BodyPoints points = make_points(*body, spacing, boxes, seed);
-  const std::vector<double> volume = body_volumes(*body, points, boxes);
-  for (int i = 0; i < points.grid.count(); ++i)
-    if (!(volume[i] > 0)) refuse_thin(points, i);
-  const std::vector<PatchShare> shares = body_areas(*body, points);
-
-  Points out;
-  out.dimension = D;
-  out.section = section;
-  out.faces = body->surface().faces;
-  out.exact.volume = section * enclosed_volume(body->surface());
-  out.body = body;
-  out.notes = note_on_thin_walls(*body, points);
-  std::vector<int> face(body->features().count);
-  for (std::size_t f = 0; f < body->surface().facets.size(); ++f)
-    face[body->features().patch[f]] = body->surface().facets[f].face;
-  const Slice mine = slice(comm, points.grid.count());
-  auto share = std::ranges::lower_bound(shares, mine.begin, {}, &PatchShare::point);
-  for (std::int64_t id = mine.begin; id < mine.end; ++id) {
-    const int i = static_cast<int>(id);
-    const double d = points.grid.spacing(i);
-    out.points.push_back({.id = id,
-                          .x = points.grid.x(i),
-                          .volume = section * volume[i],
-                          .full_volume = section * std::pow(d, D),
-                          .spacing = d});
-    for (; share != shares.end() && share->point == i; ++share)
-      out.add_patch(face[share->patch], section * share->area, (1 / norm(share->vector)) * share->vector,
-                    section * share->vector);
-  }
-  return out;
-}
 
 CloudShape surface_shape() {
   return {
@@ -343,8 +279,18 @@ CloudShape surface_shape() {
       .sentence =
           "A body of any shape, given by [[cloud.part]]: files of its surface, or shapes. Points lie on its corners, "
           "edges and faces and, on a lattice or at random, inside. Faces: those of the parts",
-      .keys = {{"spacing", Kind::function, "m", required, "Distance of the points; a formula in x, y, z or a number."},
-               {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
+      .keys =
+          {{"spacing", Kind::function, "m", optional, "Distance of the points; a formula in x, y, z or a number. Or"},
+           {"points", Kind::text, "", optional,
+            "a CSV file with columns x [m], y [m] and in space z [m]: points on the walls and inside, whose volumes "
+            "and areas calor computes."},
+           {"symmetry",
+            Kind::choice,
+            "",
+            optional,
+            "Axis across which the body is its own mirror image: the points are made so, to the last digit.",
+            {"x", "y", "z"}},
+           {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
       .make = body_from};
 }
 

@@ -134,6 +134,12 @@ void require_section(MPI_Comm comm, const Table& table, Points& points) {
 
 }  // namespace
 
+SourceLocation location_of_points(const Table& cloud) {
+  if (cloud.has("file")) return cloud.location("file");
+  if (cloud.text("shape") == "surface") return cloud.location(cloud.has("points") ? "points" : "spacing");
+  return cloud.location("shape");
+}
+
 Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const Table table = c.section("cloud");
   const std::string shape = table.text("shape");

@@ -84,6 +84,8 @@ struct CloudShape {
 };
 Registry<CloudShape>& cloud_shapes();
 
+/// Where the case says what its points are: whoever finds fault with them points there.
+SourceLocation location_of_points(const Table& cloud);
 /// Thickness (2D) or cross-section (1D) of the table, 1 in 3D; refuses a key that the dimension does not have.
 double section_of(const Table& cloud, int dimension);
 /// How often `spacing` goes into `length`; refuses one that does not divide it and names the nearest that do.

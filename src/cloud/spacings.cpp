@@ -1,5 +1,7 @@
 // Spacings of clouds that somebody else made, from the distances between the points. Volumes do not tell them: a point
 // in a corner has an eighth of a cell, and as many neighbours within a spacing as the corner of a lattice has.
+#include "cloud/spacings.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <nanoflann.hpp>
@@ -62,16 +64,17 @@ LatticeStar lattice_star(int dimension, int walls) {
   return star;
 }
 
-/// On how many walls a point lies: pieces of one curved wall count once, and walls with neighbours beyond them, those
-/// of a re-entrant edge, do not count. `around`: from the point to its neighbours.
-int count_walls(int dimension, std::span<const Facet> pieces, std::span<const Vec3> around) {
+/// On how many walls a point lies, by the normals of its pieces of surface: those of one curved wall count once, and
+/// walls with neighbours beyond them, those of a re-entrant edge, do not count. `around`: from the point to its
+/// neighbours.
+int count_walls(int dimension, std::span<const Vec3> walls, std::span<const Vec3> around) {
   constexpr double same = 0.9, beyond = 0.75;  // cosines; beside a re-entrant edge others lie beyond at 0.71
   std::vector<Vec3> normals;
-  for (const Facet& piece : pieces) {
-    const bool is_new = std::ranges::none_of(normals, [&](const Vec3& n) { return dot(n, piece.normal) > same; });
+  for (const Vec3& wall : walls) {
+    const bool is_new = std::ranges::none_of(normals, [&](const Vec3& n) { return dot(n, wall) > same; });
     const bool is_reentrant =
-        std::ranges::any_of(around, [&](const Vec3& r) { return dot(r, piece.normal) > beyond * norm(r); });
-    if (is_new && !is_reentrant) normals.push_back(piece.normal);
+        std::ranges::any_of(around, [&](const Vec3& r) { return dot(r, wall) > beyond * norm(r); });
+    if (is_new && !is_reentrant) normals.push_back(wall);
   }
   return std::min(dimension, static_cast<int>(normals.size()));
 }
@@ -84,11 +87,11 @@ std::vector<double> spacings_by_neighbours(const Cloud& cloud) {
   std::vector<double> spacing(cloud.owned);
   const std::size_t most = lattice_star(cloud.dimension, 0).count();
   Nearest nearest(cloud.x, most);
-  std::vector<Vec3> around;
+  std::vector<Vec3> around, walls;
   auto next = cloud.facets.begin();
   for (int i = 0; i < cloud.owned; ++i) {
-    const auto begin = next;
-    while (next != cloud.facets.end() && next->point == i) ++next;
+    walls.clear();
+    for (; next != cloud.facets.end() && next->point == i; ++next) walls.push_back(next->normal);
     const std::span<const double> distance = nearest.distances(i);
     const double known = sure * cloud.spacing[i];
     // Of points that are equally far only some are among the nearest: leave all of them out.
@@ -96,7 +99,7 @@ std::vector<double> spacings_by_neighbours(const Cloud& cloud) {
     around.clear();
     for (std::size_t n = 0; n < distance.size() && distance[n] <= limit; ++n)
       around.push_back(cloud.x[nearest[n]] - cloud.x[i]);
-    const LatticeStar star = lattice_star(cloud.dimension, count_walls(cloud.dimension, {begin, next}, around));
+    const LatticeStar star = lattice_star(cloud.dimension, count_walls(cloud.dimension, walls, around));
     const auto count = static_cast<std::size_t>(std::min<std::int64_t>(star.count(), cloud.count - 1));
     if (count == 0) spacing[i] = cloud.spacing[i];
     if (count == 0 || distance.size() < count || distance[count - 1] > known) continue;
@@ -140,6 +143,35 @@ void set_full_volumes(Cloud& cloud) {
 }
 
 }  // namespace
+
+std::vector<double> distances_to_nearest(std::span<const Vec3> x) {
+  std::vector<double> out;
+  Nearest nearest(x, 1);
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const std::span<const double> distance = nearest.distances(i);
+    out.push_back(distance.empty() ? 0 : distance[0]);
+  }
+  return out;
+}
+
+std::vector<double> spacings_by_distances(int dimension, std::span<const Vec3> x,
+                                          std::span<const std::vector<Vec3>> normals) {
+  std::vector<double> spacing;
+  Nearest nearest(x, lattice_star(dimension, 0).count());
+  std::vector<Vec3> around;
+  for (std::size_t i = 0; i < x.size(); ++i) {
+    const std::span<const double> distance = nearest.distances(i);
+    around.clear();
+    for (std::size_t n = 0; n < distance.size() && distance[n] < distance.back() * (1 - 1e-9); ++n)
+      around.push_back(x[nearest[n]] - x[i]);
+    const LatticeStar star = lattice_star(dimension, count_walls(dimension, normals[i], around));
+    const auto count = std::min<std::size_t>(star.count(), distance.size());
+    double sum = 0;
+    for (const double r : distance.first(count)) sum += r;
+    spacing.push_back(sum / (static_cast<double>(count) * star.mean_distance()));
+  }
+  return spacing;
+}
 
 Points settle_spacings(MPI_Comm comm, Points points) {
   const bool find_walls = !points.knows_walls && points.has_areas;

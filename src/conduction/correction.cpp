@@ -167,7 +167,7 @@ void add_to_report(const CorrectionReport& done, std::map<std::string, double>& 
   report["moment_error"] = done.moment_error;
 }
 
-void require_sound(const CorrectionReport& done, bool anisotropic) {
+void require_sound(const Cloud& cloud, const CorrectionReport& done, bool anisotropic) {
   // On jittered lattices (displaced by 0.1, 0.2 and 0.4 spacings, of one spacing to ten to one) errors stay below a
   // tenth of the span up to a moment error of 0.33, and temperatures leave the range of their data from 0.35 on. A few
   // cubes an edge are off as much in their corners, but need no such change of weights: below 4, against 19 and more.
@@ -176,14 +176,21 @@ void require_sound(const CorrectionReport& done, bool anisotropic) {
   constexpr double largest_moment_error = 0.3, largest_change = 10, largest_negative_share = 0.1;
   const bool unlike = done.moment_error > largest_moment_error && done.change > largest_change && done.negative > 0;
   if (!unlike && done.negative_share <= largest_negative_share) return;
+  const std::string moments = fmt::format(
+      "along an axis they conduct {:.2g} of the conductivity more or less, as a root mean square over the points (at "
+      "most {:g} is taken)",
+      done.moment_error, largest_moment_error);
+  const std::string negative =
+      fmt::format("a share of {:.2g} of them is negative (at most {:g})", done.negative_share, largest_negative_share);
+  const bool many_negative = done.negative_share > largest_negative_share;
   throw Error(
       Fault::bad_case,
-      fmt::format("no good weights of pairs for this cloud: along an axis they conduct {:.2g} of the "
-                  "conductivity more or less, as a root mean square over the points (at most {:g} is taken), "
-                  "and a share of {:.2g} of them is negative (at most {:g})",
-                  done.moment_error, largest_moment_error, done.negative_share, largest_negative_share),
-      anisotropic
-          ? cure_of_anisotropy
+      fmt::format("no good weights of pairs for this cloud: {}{}{}", unlike ? moments : "",
+                  unlike && many_negative ? ", and " : "", many_negative ? negative : ""),
+      anisotropic ? cure_of_anisotropy
+      : cloud.body
+          ? "take a smaller spacing, so that thin walls hold three points and more; method = \"mlpg\" needs no "
+            "such weights in a body of one part without cracks"
           : "use points that lie in lines (no jitter) or spacings that are more alike; method = \"mlpg\" needs no such "
             "weights in a body of one part without cracks");
 }

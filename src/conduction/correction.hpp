@@ -62,7 +62,7 @@ inline constexpr const char* cure_of_anisotropy =
 /// Refuses weights that are far from conducting alike in all directions, as on clouds of flat points that lie in no
 /// lines: no weights of pairs suit them. `anisotropic`: the body does not conduct alike, and the weights are off that.
 /// Throws Error(bad_case) with the numbers, on all ranks alike.
-void require_sound(const CorrectionReport& done, bool anisotropic = false);
+void require_sound(const Cloud& cloud, const CorrectionReport& done, bool anisotropic = false);
 
 /// Base weights g (directed, symmetric to the last bit, true volumes); called only where they are needed.
 using BaseWeights = std::function<std::vector<double>()>;

@@ -103,6 +103,12 @@ Vec3 over_faces(const Cloud& cloud) {
     }
   }
   const double everywhere = max(cloud.comm, largest);
+  const std::string cure =
+      cloud.body
+          ? "the body may be too thin there for its points: take a smaller spacing, or finer points there by "
+            "[[cloud.near]]"
+          : "points there have too few neighbours or hang on a line of them: add points, or let them see farther "
+            "([sph] smoothing, [peridynamics] horizon)";
   collective_try(cloud.comm, [&] {
     if (where < 0 || largest < everywhere) return;
     const Vec3 x = cloud.x[where];
@@ -110,10 +116,9 @@ Vec3 over_faces(const Cloud& cloud) {
                 fmt::format("consistent weights: no solution after {} iterations; the worst point is number {} at "
                             "({:.6g}, {:.6g}, {:.6g}) m: its neighbours cannot balance its boundary area",
                             iterations, cloud.id[where], x.x, x.y, x.z),
-                "points there have too few neighbours or hang on a line of them: use a larger smoothing (or horizon), "
-                "or add points");
+                cure);
   });
-  throw Error(Fault::numbers, "consistent weights: no solution", "use a larger smoothing");
+  throw Error(Fault::numbers, "consistent weights: no solution", cure);
 }
 
 /// sum_j g_ij (x_ji (x) x_ji) (lambda_i - lambda_j): the stiffness matrix of a truss, semi-definite with the rigid

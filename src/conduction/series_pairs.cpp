@@ -20,11 +20,6 @@ namespace {
 /// A piece shorter than this part of the way is round-off.
 constexpr double shortest_piece = 1e-9;
 
-/// R of a contact of conductance h, W/(m^2 K).
-double resistance_of(double h, double length) {
-  return h > 0 ? 1 / (h * length) : std::numeric_limits<double>::infinity();
-}
-
 }  // namespace
 
 /// Finds the pairs and what they run through.
@@ -180,7 +175,7 @@ class SeriesPairs::Builder {
     std::vector<SegmentPiece> kept;
     double begin = 0;
     for (std::size_t n = 0; n < run.size(); ++n) {
-      if (n > 0) add_contact(p, segment, run[n - 1], run[n].part, c);
+      if (n > 0) add_contact(segment, run[n - 1], run[n].part, c);
       if (run[n].end - begin > shortest_piece) kept.push_back(run[n]);
       begin = run[n].end;
     }
@@ -200,27 +195,18 @@ class SeriesPairs::Builder {
     return add(p);
   }
 
-  void add_contact(Pair& p, const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c) {
+  void add_contact(const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c) {
     const Function* h = parts_.contact(before.part, after);
     if (!h) return;
     const Vec3 x_ba = segment.b - segment.a, x = segment.a + before.end * x_ba;
     const double size = 0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]);
-    const Vec3 n = parts_.normal(x, x_ba, segment.tag_a, before.part, after, size);
-    const double length = std::abs(dot(x_ba, n));
-    if (!h->depends_on_temperature()) {
-      double value = 0;
-      h->evaluate({.x = {&x, 1}}, {&value, 1});
-      if (!(value >= 0))
-        throw Error(Fault::bad_case, h->location(), fmt::format("a contact of {:.6g} W/(m^2 K) is negative", value),
-                    "give 0 (no heat crosses) or more");
-      p.contacts += resistance_of(value, length);
-      return;
-    }
+    const Parts::Interface found = parts_.interface_at(x, x_ba, segment.tag_a, before.part, after, size);
     auto law = std::ranges::find(out_.laws_, h, &Law::h);
-    if (law == out_.laws_.end()) law = out_.laws_.insert(law, {.h = h, .pair = {}, .x = {}, .length = {}});
+    if (law == out_.laws_.end()) law = out_.laws_.insert(law, {.h = h, .pair = {}, .x = {}, .length = {}, .piece = {}});
     law->pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));  // the one that is on its way
     law->x.push_back(x);
-    law->length.push_back(length);
+    law->length.push_back(std::abs(dot(x_ba, found.normal)));
+    law->piece.push_back(found.piece);
   }
 
   /// A crack leaves a pair the rest of its weight, and the fraction that it cuts a resistance from when it opens.
@@ -243,6 +229,7 @@ class SeriesPairs::Builder {
         law.pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));
         law.x.push_back(Vec3(law.x[n - 1]));
         law.length.push_back(double(law.length[n - 1]));
+        law.piece.push_back(int(law.piece[n - 1]));
       }
     }
     out_.pairs_.push_back(cut);
@@ -272,6 +259,8 @@ SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbour
     builder.find_parts();
     builder.add_pairs(cracks.bonds);
   });
+  fit_contacts_to_areas(parts);
+  collective_try(cloud.comm, [&] { add_constant_contacts(); });
   depends_on_T_ = any(cloud.comm, !laws_.empty());
   open(0);
 }

@@ -70,12 +70,13 @@ class SeriesPairs {
   struct CrackResistance {
     double opens, resistance;
   };
-  /// A contact that depends on temperature, and the pairs across it.
+  /// A contact, and the pairs across it.
   struct Law {
     const Function* h;
     std::vector<std::int32_t> pair;
     std::vector<Vec3> x;         ///< where they cross it
     std::vector<double> length;  ///< |x_ba . n|, m
+    std::vector<int> piece;      ///< of a curved interface, see Parts::curved_areas()
   };
   /// Of all pairs at one state: R with the contacts that depend on temperature, and dR/dT of both ends' mean.
   struct Resistances {
@@ -86,6 +87,12 @@ class SeriesPairs {
   };
   class Builder;
 
+  /// R of a contact of conductance h, W/(m^2 K), m K/W.
+  static double resistance_of(double h, double length) {
+    return h > 0 ? 1 / (h * length) : std::numeric_limits<double>::infinity();
+  }
+  void fit_contacts_to_areas(const Parts& parts);
+  void add_constant_contacts();
   Resistances resistances(std::span<const double> T, bool derivative) const;
   Flux flux(const Pair& p, const Conductivity& at, double T_a, double T_b, double R) const;
 
@@ -94,7 +101,7 @@ class SeriesPairs {
   std::vector<Pair> pairs_;  ///< by id a, then id b
   std::vector<Piece> pieces_;
   std::vector<CrackResistance> cracks_;
-  std::vector<Law> laws_;
+  std::vector<Law> laws_;  ///< those that depend on temperature
   std::vector<double> openings_;
   QuadraturePoints ends_;
 };

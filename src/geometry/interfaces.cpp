@@ -94,17 +94,29 @@ bool Parts::has_plane_between(const Vec3& a, const Vec3& b) const {
   return above != layers_.top.end() && *above <= high && above + 1 != layers_.top.end();
 }
 
-Vec3 Parts::normal(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const {
+std::span<const double> Parts::curved_areas() const {
+  const auto is_formula = [](const Region& region) { return region.where.has_value(); };
+  if (!cloud_.solids || std::ranges::any_of(regions_, is_formula)) return {};
+  return cloud_.solids->curved_areas();
+}
+
+Parts::Interface Parts::interface_at(const Vec3& x, const Vec3& along, int tag, int part, int other,
+                                     double size) const {
   const int layer_count = static_cast<int>(layers_.top.size());
   if (part < layer_count && other < layer_count) {
-    Vec3 n;
-    n[layers_.axis] = 1;
-    return n;
+    Interface plane;
+    plane.normal[layers_.axis] = 1;
+    return plane;
   }
   if (cloud_.solids) {
     constexpr double on = 1e-6;  // of the size: the place was found by halving a segment
-    if (const auto n = cloud_.solids->normal_at(x, on * size)) return *n;
+    if (const auto found = cloud_.solids->interface_at(x, on * size))
+      return {found->normal, curved_areas().empty() ? -1 : found->piece};
   }
+  return {normal_of_region(x, along, tag, size)};
+}
+
+Vec3 Parts::normal_of_region(const Vec3& x, const Vec3& along, int tag, double size) const {
   const Vec3 direction = (1 / norm(along)) * along;
   if (cloud_.dimension == 1) return direction;
   // Where lines beside the one through x cross the surface.

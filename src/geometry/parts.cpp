@@ -339,13 +339,14 @@ void declare_parts(Schema& schema) {
   schema.add({.path = "body.region[]",
               .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
               .keys = keys});
-  schema.add({.path = "body.contact[]",
-              .sentence = "A contact between two parts of the body, wherever they meet; it comes before the 'contact' of "
-                          "either of them, and a later one before an earlier one.",
-              .keys = {{"between", Kind::texts, "", required,
-                        "The two parts, each by the tag of its region or by its material."},
-                       {"conductance", Kind::function, "W/(m^2 K)", required,
-                        "Conductance of the contact, of place and temperature; 0: no heat crosses it."}}});
+  schema.add(
+      {.path = "body.contact[]",
+       .sentence = "A contact between two parts of the body, wherever they meet; it comes before the 'contact' of "
+                   "either of them, and a later one before an earlier one.",
+       .keys = {
+           {"between", Kind::texts, "", required, "The two parts, each by the tag of its region or by its material."},
+           {"conductance", Kind::function, "W/(m^2 K)", required,
+            "Conductance of the contact, of place and temperature; 0: no heat crosses it."}}});
 }
 
 }  // namespace calor

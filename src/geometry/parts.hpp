@@ -75,8 +75,15 @@ class Parts {
   Pieces along(std::span<const Segment> segments) const;
   /// Does a plane between layers lie between two places, or in one of them?
   bool has_plane_between(const Vec3& a, const Vec3& b) const;
-  /// Unit normal of the surface between two parts at x, which lies on it; `along`: a direction that crosses it.
-  Vec3 normal(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const;
+  /// The surface between two parts next to a place on it.
+  struct Interface {
+    Vec3 normal;     ///< of length 1
+    int piece = -1;  ///< index into curved_areas(), if it is one of those
+  };
+  /// At x; `along`: a direction that crosses it, `size`: of what is around, m.
+  Interface interface_at(const Vec3& x, const Vec3& along, int tag, int part, int other, double size) const;
+  /// Areas of the curved pieces of interfaces, m^(dimension - 1), as far as they are known; 0 for plane ones.
+  std::span<const double> curved_areas() const;
 
  private:
   struct Layers {
@@ -91,6 +98,7 @@ class Parts {
   };
 
   void read_layers(const Table& body);
+  Vec3 normal_of_region(const Vec3& x, const Vec3& along, int tag, double size) const;
   void read_region(const Case& c, const Table& table);
   void read_contact(const Table& table);
   std::vector<int> parts_called(const std::string& name, const Table& contact) const;

@@ -1,6 +1,9 @@
 #include "surface/solids.hpp"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
 #include <utility>
 
 namespace calor {
@@ -19,6 +22,32 @@ Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface int
     : interfaces_(std::move(interfaces)), tree_(interfaces_) {
   for (std::size_t n = 0; n < surfaces.size(); ++n)
     solids_.push_back(std::make_unique<const Solid>(std::move(surfaces[n]), tags[n]));
+  if (!interfaces_.facets.empty()) find_pieces();
+}
+
+void Solids::find_pieces() {
+  constexpr double smooth = 0.5236, plane = 1e-6, beside = 1e-4;  // rad; off a cosine of 1; of the facet
+  const std::vector<int> patch = smooth_patches(interfaces_, smooth);
+  std::map<std::array<int, 3>, int> number;
+  std::vector<Vec3> first;
+  for (int f = 0; f < static_cast<int>(patch.size()); ++f) {
+    const Vec3 area = interfaces_.area(f), x = interfaces_.centroid(f);
+    const double size = norm(area);
+    const Vec3 n = size > 0 ? (1 / size) * area : Vec3{};
+    const double step = beside * (interfaces_.dimension == 2 ? size : std::sqrt(size));
+    const auto [found, is_new] =
+        number.try_emplace({patch[f], tag_at(x - step * n), tag_at(x + step * n)}, static_cast<int>(first.size()));
+    piece_.push_back(found->second);
+    if (is_new) first.push_back(n), curved_areas_.push_back(0);
+  }
+  std::vector<char> is_curved(first.size());
+  for (std::size_t f = 0; f < patch.size(); ++f) {
+    const Vec3 area = interfaces_.area(static_cast<int>(f));
+    curved_areas_[piece_[f]] += norm(area);
+    if (dot(area, first[piece_[f]]) < (1 - plane) * norm(area)) is_curved[piece_[f]] = 1;
+  }
+  for (std::size_t p = 0; p < first.size(); ++p)
+    if (!is_curved[p]) curved_areas_[p] = 0;
 }
 
 Solids::Found Solids::find(const Vec3& x) const {
@@ -34,11 +63,11 @@ Solids::Found Solids::find(const Vec3& x) const {
   return {-1, false};
 }
 
-std::optional<Vec3> Solids::normal_at(const Vec3& x, double bound) const {
+std::optional<Solids::Interface> Solids::interface_at(const Vec3& x, double bound) const {
   const auto near = tree_.closest(x, bound);
   if (!near) return std::nullopt;
   const Vec3 area = interfaces_.area(near->facet);
-  return (1 / norm(area)) * area;
+  return Interface{piece_[near->facet], (1 / norm(area)) * area};
 }
 
 int Solids::tag_at(const Vec3& x) const {

@@ -19,8 +19,15 @@ class Solids {
   int tag_at(const Vec3& x) const;
   /// The same for many places. Fast where each lies near the one before.
   void tags_at(std::span<const Vec3> x, std::span<int> tags) const;
-  /// Unit normal of the interface next to the place, none where it is farther than `bound` (m).
-  std::optional<Vec3> normal_at(const Vec3& x, double bound) const;
+  /// A smooth piece of the interfaces between two solids, and its unit normal next to a place.
+  struct Interface {
+    int piece;
+    Vec3 normal;
+  };
+  /// Next to the place, none where it is farther than `bound` (m).
+  std::optional<Interface> interface_at(const Vec3& x, double bound) const;
+  /// Areas of the pieces that are curved, 0 for the plane ones, m^(dimension - 1).
+  std::span<const double> curved_areas() const { return curved_areas_; }
 
  private:
   struct Solid {
@@ -38,10 +45,13 @@ class Solids {
     bool is_inside;
   };
   Found find(const Vec3& x) const;
+  void find_pieces();
 
   std::vector<std::unique_ptr<const Solid>> solids_;
   Surface interfaces_;
-  SurfaceTree tree_;  // of the interfaces
+  SurfaceTree tree_;        // of the interfaces
+  std::vector<int> piece_;  // of every one of their facets
+  std::vector<double> curved_areas_;
 };
 
 }  // namespace calor

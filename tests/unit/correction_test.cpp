@@ -201,7 +201,7 @@ TEST(Correction, RefusesATrussThatCannotStand) {
   } catch (const Error& error) {
     EXPECT_EQ(error.fault(), Fault::numbers);
     EXPECT_NE(error.problem().find("point is number"), std::string::npos) << error.problem();
-    EXPECT_NE(error.cure().find("larger smoothing"), std::string::npos);
+    EXPECT_NE(error.cure().find("let them see farther"), std::string::npos);
   }
 }
 

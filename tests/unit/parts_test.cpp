@@ -114,7 +114,7 @@ TEST(Parts, TheNormalOfARegionsSurfaceIsFoundFromItsFormula) {
   const Cloud cloud = cloud_of(c);
   const Parts parts(c, cloud, "");
   const Vec3 n{std::cos(0.7), std::sin(0.7)}, x = Vec3{0.52, 0.47} + 0.31 * n;
-  const Vec3 found = parts.normal(x, {1, 0.1}, 0, 1, 0, 0.1);
+  const Vec3 found = parts.interface_at(x, {1, 0.1}, 0, 1, 0, 0.1).normal;
   EXPECT_NEAR(std::abs(dot(found, n)), 1, 1e-6);
 }
 

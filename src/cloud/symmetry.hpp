@@ -1,0 +1,35 @@
+#pragma once
+// Bodies that are their own mirror images: points are made for one half, and the other half is its image.
+#include "cloud/body_cloud.hpp"
+#include "surface/surface.hpp"
+
+namespace calor {
+
+/// A plane across an axis.
+struct MirrorPlane {
+  int axis;
+  double at;  ///< m
+
+  Vec3 image(Vec3 x) const {
+    x[axis] = 2 * at - x[axis];
+    return x;
+  }
+  Vec3 image_of_direction(Vec3 v) const {
+    v[axis] = -v[axis];
+    return v;
+  }
+};
+
+/// Name of the face that the cut along a plane gives a half.
+constexpr const char* cut_face = "plane of symmetry";
+
+/// What of a closed surface lies above the plane; without facets where nothing does.
+Surface upper_half(const Surface& surface, const MirrorPlane& plane);
+
+/// A half with its image: the cut between them is no wall any more.
+Surface with_image(const Surface& half, const MirrorPlane& plane);
+
+/// The points of a half with their images; those on the plane belong to both. Pieces of face `cut` are left out.
+MeasuredPoints with_images(const MeasuredPoints& half, const MirrorPlane& plane, int cut);
+
+}  // namespace calor
