@@ -69,10 +69,7 @@ class Constant final : public Function::Kind {
 class OfPlaceTimeTemperature final : public Function::Kind {
  public:
   OfPlaceTimeTemperature(std::unique_ptr<Formula> formula, const SourceLocation& location)
-      : Kind({.place = formula->uses_place(),
-              .time = formula->uses("t"),
-              .temperature = formula->uses("T")},
-             location),
+      : Kind({.place = formula->uses_place(), .time = formula->uses("t"), .temperature = formula->uses("T")}, location),
         formula_(std::move(formula)) {}
 
   void evaluate(const Arguments& args, std::span<double> out) const override {

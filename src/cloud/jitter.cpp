@@ -82,7 +82,7 @@ class CellShares {
           if (square < LinearShares::radius * LinearShares::radius)
             ids_.push_back(id), x_.push_back(x.x), y_.push_back(x.y), z_.push_back(x.z);
         }
-    constexpr double far_away = 100;
+    const double far_away = lowest.x + 100;  // from all places of the cell: such points get nothing
     while (x_.size() % lanes != 0) x_.push_back(far_away), y_.push_back(0), z_.push_back(0);
     share_.assign(x_.size(), 0);
     value_.resize(x_.size());

@@ -116,6 +116,22 @@ TEST(Jitter, GivesVolumesThatFillTheBoxAndAreWhereNearestPlacesAre) {
   }
 }
 
+TEST(Jitter, GivesVolumesThatAreExactForLinearFunctionsHoweverManyPointsThereAre) {
+  // 130 mm x 6 mm in spacings of 1 mm: the volume, and its moments 130^2 6/2 and 130 6^2/2.
+  BoxLattice box{.dimension = 2, .size = {0.13, 0.006, 0}, .points = {131, 7, 1}, .jitter = 0.2, .seed = 3};
+  const Lattice lattice(box);
+  const std::vector<double> volumes = linearly_exact_volumes(lattice, {0, lattice.count()});
+  double volume = 0;
+  Vec3 moment;
+  for (std::int64_t id = 0; id < lattice.count(); ++id) {
+    volume += volumes[id];
+    moment += volumes[id] * lattice.position(lattice.index(id));
+  }
+  EXPECT_NEAR(volume, 0.13 * 0.006, 1e-15);
+  EXPECT_NEAR(moment.x, 0.13 * 0.13 * 0.006 / 2, 1e-16);
+  EXPECT_NEAR(moment.y, 0.13 * 0.006 * 0.006 / 2, 1e-17);
+}
+
 TEST(JitterParallel, DoesNotDependOnTheRanks) {
   const MPI_Comm comm = MPI_COMM_WORLD;
   for (int dimension : {1, 2, 3}) {
