@@ -329,6 +329,22 @@ std::vector<double> Probes::temperatures(std::span<const double> T) const {
   return values;
 }
 
+Vec3 place_of(const Table& table, const std::string& key, const Cloud& cloud) {
+  const std::vector<double> x = table.numbers(key);
+  if (static_cast<int>(x.size()) != cloud.dimension)
+    table.refuse(key, fmt::format("{} coordinates in a body of {} dimensions", x.size(), cloud.dimension),
+                 fmt::format("give {}", cloud.dimension));
+  Vec3 place;
+  for (int axis = 0; axis < cloud.dimension; ++axis) place[axis] = x[axis];
+  return place;
+}
+
+double finest_spacing(const Cloud& cloud) {
+  double finest = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < cloud.owned; ++i) finest = std::min(finest, cloud.spacing[i]);
+  return min(cloud.comm, finest);
+}
+
 void declare_probes(Schema& schema) {
   schema.add({.path = "probe",
               .sentence = "Places whose temperature is written to probes.csv, any names.",

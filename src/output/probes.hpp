@@ -61,6 +61,11 @@ class Probes {
   std::optional<SparseRows> value_rows_;  // of these
 };
 
+/// The place, m, that a key of a case gives by as many lengths as the body has dimensions.
+Vec3 place_of(const Table& table, const std::string& key, const Cloud& cloud);
+/// The smallest spacing of all points, m. Collective.
+double finest_spacing(const Cloud& cloud);
+
 void declare_probes(Schema& schema);
 
 }  // namespace calor

@@ -138,22 +138,6 @@ std::vector<int> tags_at(const Cloud& cloud, std::span<const Vec3> places) {
   return tag;
 }
 
-double finest_spacing(const Cloud& cloud) {
-  double finest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < cloud.owned; ++i) finest = std::min(finest, cloud.spacing[i]);
-  return min(cloud.comm, finest);
-}
-
-Vec3 place_of(const Table& table, const std::string& key, const Cloud& cloud) {
-  const std::vector<double> x = table.numbers(key);
-  if (static_cast<int>(x.size()) != cloud.dimension)
-    table.refuse(key, fmt::format("{} coordinates in a body of {} dimensions", x.size(), cloud.dimension),
-                 fmt::format("give {}", cloud.dimension));
-  Vec3 place;
-  for (int axis = 0; axis < cloud.dimension; ++axis) place[axis] = x[axis];
-  return place;
-}
-
 std::unique_ptr<Kinematics> read_kinematics(const Table& table, const Cloud& cloud, const Vec3& along) {
   const std::string body = table.text("body"), support = table.text("support");
   if (body != "disc") {

@@ -46,22 +46,6 @@ std::optional<ThermalHistory::Levels> cooling_levels(const Case& c) {
   return ThermalHistory::Levels{T[0], T[1]};
 }
 
-Vec3 end_of(const Table& extent, const std::string& key, const Cloud& cloud) {
-  const std::vector<double> x = extent.numbers(key);
-  if (static_cast<int>(x.size()) != cloud.dimension)
-    extent.refuse(key, fmt::format("{} coordinates in a body of {} dimensions", x.size(), cloud.dimension),
-                  fmt::format("give {}", cloud.dimension));
-  Vec3 place;
-  for (int axis = 0; axis < cloud.dimension; ++axis) place[axis] = x[axis];
-  return place;
-}
-
-double finest_spacing(const Cloud& cloud) {
-  double finest = std::numeric_limits<double>::infinity();
-  for (int i = 0; i < cloud.owned; ++i) finest = std::min(finest, cloud.spacing[i]);
-  return min(cloud.comm, finest);
-}
-
 std::vector<Vec3> line_places(const Vec3& from, const Vec3& to, std::size_t count) {
   std::vector<Vec3> places;
   for (std::size_t n = 0; n < count; ++n)
@@ -195,7 +179,7 @@ WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes
   for (const auto& [name, table] : weld.sub("extent").children()) {
     if (!table.has("isotherm") && !weld.has("isotherm"))
       table.refuse("", fmt::format("[{}] has no isotherm", table.path()), "add isotherm = \"1450 degC\" to [weld]");
-    const Vec3 from = end_of(table, "from", cloud), to = end_of(table, "to", cloud);
+    const Vec3 from = place_of(table, "from", cloud), to = place_of(table, "to", cloud);
     if (from == to) table.refuse("to", "the line ends where it begins", "give two places");
     extents_.emplace_back(name, cloud, from, to, (table.has("isotherm") ? table : weld).number("isotherm"),
                           table.location(), &system.dofs());
