@@ -3,6 +3,7 @@
 
 Every kind of run takes its turn; KILLS in all (default 10). A run is stored every few steps, killed by SIGKILL (with -j 2 one of its
 processes by turns with the command), and started again with --restart until it has come to its end."""
+import os
 import pathlib
 import random
 import signal
@@ -58,7 +59,7 @@ def kill(run, ranks, one_alone):
         of_launcher = [child for launcher in children(run.pid) for child in children(launcher)]
         victim = of_launcher[-1] if of_launcher else victim
     try:
-        subprocess.os.kill(victim, signal.SIGKILL)
+        os.kill(victim, signal.SIGKILL)
     except ProcessLookupError:
         pass
     run.wait()
