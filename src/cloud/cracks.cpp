@@ -213,15 +213,16 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
           const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
           const double f = cut_fraction(piece, location_[ascending ? i : j], location_[ascending ? j : i], spacing);
           if (f == 0) continue;
-          const double from = piece.side(location_[i]), to = piece.side(location_[j]);
+          const bool upper = piece.side(location_[i]) > 0;
+          const double from = piece.side(cloud_.x[i]), to = piece.side(cloud_.x[j]);
           out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
                          .point = i,
                          .crack = static_cast<int>(crack),
                          .fraction = f,
                          .length = std::abs(dot(cloud_.x[j] - cloud_.x[i], piece.normal)),
-                         .normal = (from > 0 ? -1.0 : 1.0) * piece.normal,
-                         .at = from / (from - to),
-                         .upper = from > 0});
+                         .normal = (upper ? -1.0 : 1.0) * piece.normal,
+                         .at = std::clamp(from / (from - to), 0.0, 1.0),
+                         .upper = upper});
         }
       }
     }

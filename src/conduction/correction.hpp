@@ -128,10 +128,10 @@ struct MomentFit {
 /// tau symmetric tensors; keeps g >= 0.02 of what it was.
 MomentFit fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
 
-/// Second moments of points beside cracks: g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau_i = z_i P_i adds missing_i
-/// to sum_j g_ij x_ji.P_i x_ji where P_i, of the owned points, is not zero.
+/// Second moments of points beside cracks: g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau_i = z_i P_i, so that
+/// sum_j g_ij x_ji.P_i x_ji is wanted_i where P_i, of the owned points, is not zero.
 void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
-                            std::span<const double> missing, std::span<double> g);
+                            std::span<const double> wanted, std::span<double> g);
 
 /// max |R_i| over the faces of a cell, axis by axis. Collective.
 double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G);

@@ -114,7 +114,7 @@ void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<co
 }
 
 void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
-                            std::span<const double> missing, std::span<double> g) {
+                            std::span<const double> wanted, std::span<double> g) {
   // As above, of every tensor only its multiple of P_i. With p such that x.P_i x = p . products(x):
   const auto p = [&](int i) {
     const Symmetric3& t = P[i];
@@ -123,11 +123,13 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
   const auto dot = [](const Six& a, const Six& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
   std::vector<double> diagonal(cloud.owned), rhs(cloud.owned), z(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
+    double now = 0;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const double q = dot(p(i), products(neighbours.x_ji(cloud.x, i, n))) / cloud.spacing[i];
-      diagonal[i] += g[n] * q * q;
+      const double q = dot(p(i), products(neighbours.x_ji(cloud.x, i, n)));
+      now += g[n] * q;
+      diagonal[i] += g[n] * (q / cloud.spacing[i]) * (q / cloud.spacing[i]);
     }
-    if (diagonal[i] > 0) rhs[i] = missing[i] / cloud.spacing[i];
+    if (diagonal[i] > 0) rhs[i] = (wanted[i] - now) / cloud.spacing[i];
   }
   TensorField tau(cloud);
   const auto set_tau = [&](std::span<const double> z) {

@@ -185,6 +185,39 @@ TEST(Cracks, LetHeatRunBesideThemAsInTheRestOfTheBody) {
   }
 }
 
+TEST(Cracks, CutASquareIntoHalvesOfSecondOrderWhereverTheyLieBetweenItsRows) {
+  // Two temperatures that conduct with the cut insulated, another one on each side of it: through a row of points,
+  // beside one and between two.
+  for (const double off : {0.0, 0.04, -0.4, -0.5, 1.0}) {  // half spacings from a row
+    for (const double smoothing : {1.0, 1.2, 0.0}) {       // of SPH, of MLPG, and bonds
+      double rms[3];
+      for (int n = 0; n < 3; ++n) {
+        Cloud cloud = square(10 * (1 << n) + 1);
+        const double y = off / (10 << n);
+        const Cracks cut(cloud, {line({-1, y, 0}, {1, y, 0})});
+        end_cells_at_cracks(cloud, cut);
+        std::optional<Cloud> copy;
+        const Cloud& whole = without_cracks(cloud, copy);
+        Cracked c = smoothing > 0 ? intact(whole, smoothing) : intact_by_bonds(whole, 2);
+        const auto pairs = cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, c.report);
+        std::vector<double> exact, fixed;
+        for (int i = 0; i < cloud.owned; ++i) {
+          const Vec3& x = cut.location(i);
+          exact.push_back((x.y > y ? 1 : -0.5) * std::cos(x.x) * std::cosh(cloud.x[i].y - y));
+          fixed.push_back(cloud.on_faces[i] ? exact[i] : not_fixed);
+        }
+        const auto T = steady(cloud, pairs, fixed);
+        double squares = 0;
+        for (int i = 0; i < cloud.owned; ++i) squares += cloud.volume[i] * (T[i] - exact[i]) * (T[i] - exact[i]);
+        rms[n] = std::sqrt(squares / 4);
+      }
+      std::printf("%.2f spacings off, %g: rms %.2e %.2e %.2e\n", off / 2, smoothing, rms[0], rms[1], rms[2]);
+      EXPECT_LE(rms[0], 1.5e-3) << off << " " << smoothing;
+      EXPECT_GE(std::log2(rms[0] / rms[2]) / 2, 1.6) << off << " " << smoothing;
+    }
+  }
+}
+
 TEST(Cracks, HoldUpHeatWhereverTheirTipsLie) {
   // The tips move over a whole spacing; a crack too long or too short by a hundredth of one is off by 1e-3 in the jump,
   // one rounded to the pairs that it cuts by up to 5e-2.
