@@ -174,9 +174,9 @@ bool Cracks::holds(const CrackPiece& piece, const Vec3& x) const {
   return s > -1e-9 && s < 1 + 1e-9;  // a pair through a corner of a polyline must not slip through
 }
 
-double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
+Cracks::Cut Cracks::cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
   const double from = piece.side(a), to = piece.side(b);
-  if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return 0;
+  if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return {};
   const Vec3 x = a + (from / (from - to)) * (b - a);
   const bool within = holds(piece, x);
   double tip = std::numeric_limits<double>::infinity();
@@ -189,7 +189,9 @@ double Cracks::cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& 
   // however far the pairs reach.
   constexpr double sqrt2 = std::numbers::sqrt2;
   const double c = std::clamp(0.5 + (tip - sqrt2 / 4 * std::abs(from - to)) / spacing, 0.0, 1.0);
-  return (1 + sqrt2) * c / (1 + sqrt2 * c);
+  // The slivers end half a spacing later: with a crack off the middle of two rows, temperatures that are even about it
+  // would be wrong else as if the tip were a dipole.
+  return {.fraction = (1 + sqrt2) * c / (1 + sqrt2 * c), .sliver = std::clamp(1 - sqrt2 / 4 + tip / spacing, 0.0, 1.0)};
 }
 
 std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
@@ -211,14 +213,15 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
           const int j = row[n];
           const bool ascending = cloud_.id[i] < cloud_.id[j];  // one answer for both directions
           const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
-          const double f = cut_fraction(piece, location_[ascending ? i : j], location_[ascending ? j : i], spacing);
-          if (f == 0) continue;
+          const Cut c = cut(piece, location_[ascending ? i : j], location_[ascending ? j : i], spacing);
+          if (c.fraction == 0 && c.sliver == 0) continue;
           const bool upper = piece.side(location_[i]) > 0;
           const double from = piece.side(cloud_.x[i]), to = piece.side(cloud_.x[j]);
           out.push_back({.entry = neighbours.row[i] + static_cast<std::int64_t>(n),
                          .point = i,
                          .crack = static_cast<int>(crack),
-                         .fraction = f,
+                         .fraction = c.fraction,
+                         .sliver = c.sliver,
                          .length = std::abs(dot(cloud_.x[j] - cloud_.x[i], piece.normal)),
                          .normal = (upper ? -1.0 : 1.0) * piece.normal,
                          .at = std::clamp(from / (from - to), 0.0, 1.0),
@@ -253,7 +256,7 @@ void Cracks::move_points() {
         const double least = 1e-3 * cloud_.spacing[i], s = piece.side(location_[i]);
         if (!(std::abs(s) < least)) continue;
         const Vec3 above = location_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
-        if (cut_fraction(piece, above, below, cloud_.spacing[i]) == 0) continue;
+        if (cut(piece, above, below, cloud_.spacing[i]).fraction == 0) continue;
         location_[i] += (least - s) * piece.normal;
         moved += i < cloud_.owned;
       }

@@ -39,7 +39,8 @@ struct Crossing {
   std::int64_t entry;  ///< in the neighbour lists
   int point;           ///< owned point in whose row it is
   int crack;
-  double fraction;  ///< of the pair's weight that the crack cuts; below 1 beside a tip only
+  double fraction;  ///< of the pair's weight that the crack cuts; below 1 beside a tip only, and 0 where only
+  double sliver;    ///< a share of what lies between the crack and the middle of the pair is beside the crack
   double length;    ///< |x_ji . n|, m
   /// Of the piece of the crack that the point faces, the first on the way to its neighbour:
   Vec3 normal;  ///< away from the point
@@ -72,7 +73,11 @@ class Cracks {
   Surface surface_at(const Vec3& place) const;
   bool runs_inside(const Vec3& a, const Vec3& b) const;  ///< of an edge, any part
   bool holds(const CrackPiece& piece, const Vec3& x) const;
-  double cut_fraction(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
+  /// Crossing::fraction and Crossing::sliver of the pair of a and b.
+  struct Cut {
+    double fraction = 0, sliver = 0;
+  };
+  Cut cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
   void find_tips();
   void reach_out_of_the_body();
   void move_points();

@@ -68,6 +68,7 @@ struct CutPair {
   Vec3 x_ji, normal;  ///< of the face that the point looks at, away from it
   double at;          ///< part of the way before that face
   double lost;        ///< weight
+  double beside;      ///< weight of which the crack has the sliver
 };
 
 /// Of every crack that is surface, the pairs that the points above and below it have lost to it; a pair across several
@@ -90,7 +91,8 @@ CutPairs cut(const Cloud& cloud, const Cracks& cracks, const Neighbours& neighbo
     }
     if (!faced) continue;
     const Vec3 x_ji = cloud.x[neighbours.column[entry]] - cloud.x[faced->point];
-    pairs[faced->crack][faced->upper].push_back({faced->point, x_ji, faced->normal, faced->at, whole - G[entry]});
+    pairs[faced->crack][faced->upper].push_back(
+        {faced->point, x_ji, faced->normal, faced->at, whole - G[entry], faced->sliver * whole});
   }
   return pairs;
 }
@@ -170,8 +172,9 @@ AlongFaces along_faces(const Cloud& cloud, const Cracks& cracks, const Neighbour
   for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
     const bool full_cut = cracks.is_full_cut(static_cast<int>(crack));
     for (const auto& side : cut_pairs[crack]) {
-      for (const auto& [i, x_ji, normal, at, lost] : side) {
-        const double length = dot(x_ji, normal), area = lost * length, sliver = area * (at - 0.5) * length;
+      for (const auto& [i, x_ji, normal, at, lost, beside] : side) {
+        const double length = dot(x_ji, normal), area = std::max(lost, beside) * length;
+        const double sliver = beside * length * (at - 0.5) * length;
         along.wanted[i] += lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver;
         faces.add(i, area, normal);
         if (full_cut) full_cuts.add(i, area, normal);
@@ -250,7 +253,7 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
     if (crack.fails()) bonds.openings.push_back(crack.opens);
   for (const Crossing& x : cracks.crossings(neighbours)) {
     const Crack& crack = cracks.all()[x.crack];
-    if (!is_surface(crack))
+    if (!is_surface(crack) && x.fraction > 0)
       bonds.bonds.push_back({.entry = x.entry,
                              .point = x.point,
                              .fraction = x.fraction,

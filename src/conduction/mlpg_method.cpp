@@ -163,9 +163,9 @@ Discretisation parameter_discretisation(const Cloud& cloud, const Conditions& co
 /// the cells, elsewhere and beside cracks those of consistent weights.
 Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions& conditions,
                              const MaterialField& material, MethodReport& report) {
-  constexpr double smoothing = 1.2;
   const bool tiles = cloud.lattice && !has_cracks(c);
   const PairDirections directions = pair_directions(c, cloud, material, tiles);
+  const double smoothing = cloud.lattice && !directions.in_weights ? 1 : 1.2;  // the least that suits the cloud
   MirroredNeighbours pairs{find_neighbours(cloud, tiles ? 1.1 : sph_support(smoothing))};
   count_pairs(cloud, pairs.neighbours, report);
   CorrectionReport done;
