@@ -29,9 +29,7 @@ foreach(ranks 2 3 4)
            COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ranks} $<TARGET_FILE:unit_tests>
                    --gtest_filter=*Parallel.*)
 endforeach()
-foreach(ranks 2 3)
-  add_test(NAME cases_on_${ranks}_ranks COMMAND ${python} ${tests}/ranks/run.py $<TARGET_FILE:calor> ${ranks})
-endforeach()
+add_test(NAME cases_on_ranks COMMAND ${python} ${tests}/ranks/run.py $<TARGET_FILE:calor> 2,3)
 add_test(NAME bad_cases COMMAND ${python} ${tests}/bad_cases/run.py $<TARGET_FILE:calor>)
 add_test(NAME contract COMMAND ${python} ${tests}/contract/run.py $<TARGET_FILE:calor>)
 add_test(NAME kills COMMAND ${python} ${tests}/kills/run.py $<TARGET_FILE:calor>)
@@ -48,7 +46,7 @@ add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
 
 # Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
 # Ranks that disagree on where they are say so.
-set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_2_ranks cases_on_3_ranks)
+set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_ranks)
 set_tests_properties(${with_ranks} bad_cases contract kills files python tutorials verify embedding PROPERTIES ENVIRONMENT
   "CALOR_CHECK_COLLECTIVES=1;OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
 set_tests_properties(${with_ranks} PROPERTIES PROCESSORS 2)
