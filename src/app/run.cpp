@@ -73,10 +73,26 @@ void refuse_restart_of_steady(const Case& c) {
     c.root().refuse("steady", "a steady state has no checkpoints to go on from", "run it anew, without --restart");
 }
 
+void say(MPI_Comm comm, spdlog::level::level_enum level, const std::string& text) {
+  if (rank_of(comm) == 0) spdlog::log(level, text);
+}
+
+/// Says what is run: the model, whatever is to be known of it, the integrator.
+void introduce(const Case& c, const Model& model, const Probes& probes, const Integrator* integrator) {
+  const Cloud& cloud = *model.cloud;
+  const MPI_Comm comm = cloud.comm;
+  say(comm, spdlog::level::debug,
+      fmt::format("calor {}: {} on {} process{}", CALOR_VERSION, c.path(), size_of(comm),
+                  size_of(comm) > 1 ? "es" : ""));
+  say(comm, spdlog::level::debug,
+      fmt::format("{} points in {}D, method {}", cloud.count, cloud.dimension, chosen_method(c).name));
+  for (const std::string& note : model.notes) say(comm, spdlog::level::info, note);
+  for (const std::string& note : probes.notes()) say(comm, spdlog::level::warn, note);
+  if (!integrator) return;
+  for (const std::string& note : integrator->notes) say(comm, spdlog::level::info, note);
+}
+
 RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, RunLog& log) {
-  const auto say = [&](spdlog::level::level_enum level, const std::string& text) {
-    if (rank_of(comm) == 0) spdlog::log(level, text);
-  };
   const TemperatureUnit unit = TemperatureUnit::of(c);
   FolderLock lock(comm, options.folder);
   // A new folder is made when nothing is left for which the case can be refused.
@@ -90,15 +106,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
-  const std::string method = chosen_method(c).name;
-  say(spdlog::level::debug, fmt::format("calor {}: {} on {} process{}", CALOR_VERSION, c.path(), size_of(comm),
-                                        size_of(comm) > 1 ? "es" : ""));
-  say(spdlog::level::debug,
-      fmt::format("{} points in {}D, method {}", model.cloud->count, model.cloud->dimension, method));
-  for (const std::string& note : model.notes) say(spdlog::level::info, note);
-
   const Probes probes(c, *model.cloud, &system.dofs(), &system.material().parts());
-  for (const std::string& note : probes.notes()) say(spdlog::level::warn, note);
   Start begin = start(model);
   State& state = begin.state;
   const RunSetup setup{.description = c,
@@ -113,11 +121,10 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .phases = phases};
   const Observers observers = make_observers(setup);
   const std::unique_ptr<Integrator> integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
-  if (integrator)
-    for (const std::string& note : integrator->notes) say(spdlog::level::info, note);
+  introduce(c, model, probes, integrator.get());
   RunResult result;
   result.command = options.command;
-  result.texts = {{"method", method}, {"integrator", integrator ? integrator->name() : "steady"}};
+  result.texts = {{"method", chosen_method(c).name}, {"integrator", integrator ? integrator->name() : "steady"}};
   if (integrator) result.texts["integrator_why"] = integrator->why;
 
   const NumberedPoints points(comm, std::span(model.cloud->id).first(model.cloud->owned));
@@ -134,14 +141,15 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   const InterruptsWait results_first;
   log.open(options.folder, stored.has_value());
   if (stored) {
-    for (const std::string& note : stored->notes) say(spdlog::level::warn, note);
-    say(spdlog::level::info, fmt::format("restarted at t = {:.6g} s, after {} steps", state.t, stored->head.steps));
+    for (const std::string& note : stored->notes) say(comm, spdlog::level::warn, note);
+    say(comm, spdlog::level::info,
+        fmt::format("restarted at t = {:.6g} s, after {} steps", state.t, stored->head.steps));
   } else {
     checkpoints.remove();
   }
   set_report_aside(comm, options.folder);
   for (const auto& observer : observers) observer->begin();
-  say(spdlog::level::debug, fmt::format("integrator {}", result.texts["integrator"]));
+  say(comm, spdlog::level::debug, fmt::format("integrator {}", result.texts["integrator"]));
   try {
     if (march)
       march->run(pace, checkpoints, result);
@@ -159,8 +167,8 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   result.numbers["interrupted_by"] = result.interrupted_by;
   write_report(comm, options.folder, c, result, phases);
   result.wall = phases.elapsed();
-  for (const std::string& text : summary(result, unit)) say(spdlog::level::debug, text);
-  for (const Verdict& v : result.verdicts) say(spdlog::level::debug, line(v, unit));
+  for (const std::string& text : summary(result, unit)) say(comm, spdlog::level::debug, text);
+  for (const Verdict& v : result.verdicts) say(comm, spdlog::level::debug, line(v, unit));
   if (!result.is_cut_short()) checkpoints.remove();
   return result;
 }
