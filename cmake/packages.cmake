@@ -62,7 +62,7 @@ dimensions, on one processor or many. A case is a text file with units.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcalor-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libpetsc-real-dev, libopenmpi-dev, libmuparser-dev, libudunits2-dev, libfmt-dev, libspdlog-dev, zlib1g-dev, pkg-config")
+    "libpetsc-real-dev, libopenmpi-dev, libhdf5-mpi-dev, libmuparser-dev, libudunits2-dev, libfmt-dev, libspdlog-dev, zlib1g-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "meshless heat conduction (library)
 The library that the command calor is made of, with its headers and the CMake
 package calor, for programs that compute temperatures themselves or add
@@ -74,7 +74,7 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/packaging/debi
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "calor (>= ${PROJECT_VERSION}), python3 (>= 3.11), python3-numpy")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9, python3-h5py")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, ffmpeg")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "meshless heat conduction (Python)
 Cases, runs and results of calor in Python, and what the command calor draws

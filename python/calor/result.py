@@ -9,7 +9,7 @@ import os
 import pathlib
 import re
 import xml.etree.ElementTree as xml
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from html import escape
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from .command import FileError
+from .vtk import read_vtk, xdmf_entries
 
 Array = npt.NDArray[Any]
 
@@ -235,12 +236,16 @@ class Result:
 
     # Fields ----------------------------------------------------------------------------------------------------------
 
-    def _entries(self, kind: str) -> list[tuple[float, pathlib.Path]]:
+    def _entries(self, kind: str) -> list[tuple[float, Callable[[], Any]]]:
+        """The times, s, and what reads a VTK data set of each."""
+        if (self.folder / f"{kind}.xdmf").exists():
+            return xdmf_entries(self.folder / f"{kind}.xdmf")
         try:
             entries = xml.parse(self.folder / f"{kind}.pvd").iter("DataSet")
         except OSError:
             raise FileError(f"{self.folder} has no {kind}.pvd: the case says fields = false") from None
-        return [(float(entry.get("timestep", 0)), self.folder / entry.get("file", "")) for entry in entries]
+        return [(float(entry.get("timestep", 0)), functools.partial(read_vtk, self.folder / entry.get("file", "")))
+                for entry in entries]
 
     @functools.cached_property
     def times(self) -> Array:
@@ -249,24 +254,17 @@ class Result:
 
     @property
     def has_fields(self) -> bool:
-        return (self.folder / "fields.pvd").exists() and len(self.times) > 0
+        return any((self.folder / f"fields.{suffix}").exists() for suffix in ("pvd", "xdmf")) and len(self.times) > 0
 
     def _read(self, kind: str, t: float | None) -> Fields:
         entries = self._entries(kind)
         if not entries:
             raise FileError(f"{self.folder} has no fields")
         wanted = entries[-1][0] if t is None else t
-        at, path = min(reversed(entries), key=lambda entry: abs(entry[0] - wanted))
+        at, read = min(reversed(entries), key=lambda entry: abs(entry[0] - wanted))
         if t is not None and not np.isclose(at, t, rtol=1e-9, atol=1e-12):
             raise ValueError(f"there are no fields at {t:g} s, but at {', '.join(f'{t:g}' for t, _ in entries)} s")
-        from vtkmodules.vtkIOXML import vtkXMLGenericDataObjectReader
-        reader = vtkXMLGenericDataObjectReader()
-        reader.SetFileName(str(path))
-        reader.Update()
-        dataset = reader.GetOutput()
-        if dataset is None:
-            raise FileError(f"{path}: VTK cannot read it")
-        return Fields(dataset, at, self.dimension)
+        return Fields(read(), at, self.dimension)
 
     def fields(self, t: float | None = None) -> Fields:
         """Fields at the points at a time of `times`, s; without one, at the end. Needs python3-vtk9. Raises ValueError

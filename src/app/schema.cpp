@@ -30,6 +30,7 @@ Schema schema() {
   declare_sources(s);
   declare_time(s);
   declare_twin(s);
+  declare_output(s);
   declare_probes(s);
   declare_weld(s);
   declare_stress(s);

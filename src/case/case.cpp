@@ -290,27 +290,6 @@ void declare_case(Schema& schema) {
               .keys = {{"formula", Kind::text, "", required,
                         "Stands, as if in parentheses, in the place of the name; x, y, z, r, t and T are those of the "
                         "formula that uses it. It may use [parameter] and the functions above it."}}});
-  schema.add(
-      {.path = "output",
-       .sentence = "What is written, and when.",
-       .keys = {
-           {"times", Kind::quantities, "s", optional, "Fields are written at these times and at the end."},
-           {"every", Kind::quantity, "s", optional, "Fields are written at all multiples of this time."},
-           {"fields", Kind::flag, "", "true", "Whether fields for ParaView are written at all."},
-           {"samples", Kind::integer, "", "200",
-            "About how many rows probes.csv, energy.csv and balance.csv get, evenly spaced, besides the times "
-            "of the fields."},
-           {"probes", Kind::text, "", optional,
-            "\"every 1 s\": probes.csv has a row at the start and at all multiples of this time, and no others, so "
-            "that rows of two runs can be subtracted. Steps land on these times."},
-           {"checkpoint", Kind::quantity, "s", "10 min",
-            "How often, by the clock, a run is stored so that `calor run CASE --restart` can go on from there; "
-            "0 s: only when it is interrupted or its --time-limit is over."},
-           {"checkpoint_steps", Kind::integer, "", optional, "The run is stored every so many steps as well."},
-           {"temperature", Kind::text, "", "K",
-            "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
-            "command line --units degC. Files of numbers keep to K."},
-       }});
   schema.add({.path = "variant[]",
               .sentence =
                   "The same case with some keys changed: `calor run CASE.toml variant=NAME`; `calor verify` runs "

@@ -6,10 +6,10 @@
 
 #include "base/parallel.hpp"
 #include "output/facet_fields.hpp"
+#include "output/field_writer.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 #include "output/thermal_stress.hpp"
-#include "output/vtu.hpp"
 #include "output/weld.hpp"
 
 namespace calor {
@@ -28,7 +28,10 @@ class Fields : public Observer {
         condition_ = condition_of_facets(run.system);
       });
       writer_ =
-          std::make_unique<FieldWriter>(run.system.cloud(), run.folder, std::vector{part}, std::vector{condition_});
+          field_formats()
+              .chosen(output, "format")
+              .make(
+                  {.cloud = run.system.cloud(), .folder = run.folder, .of_points = {part}, .of_facets = {condition_}});
     }
     if (run.is_steady()) return;
     end_ = run.description.section("time").number("end");

@@ -90,6 +90,9 @@ struct ObserverKind {
 /// In the order in which they look.
 Registry<ObserverKind>& observers();
 
+/// The keys of [output].
+void declare_output(Schema& schema);
+
 using Observers = std::vector<std::unique_ptr<Observer>>;
 /// All observers of a run; those that give the verdicts come last. Collective; throws Error.
 Observers make_observers(const RunSetup& run);

@@ -1,3 +1,4 @@
+#include "output/field_writer.hpp"
 #include "output/observer.hpp"
 
 namespace calor {
@@ -27,6 +28,31 @@ Observers make_observers(const RunSetup& run) {
     if (auto observer = kind.make(run)) all.push_back(std::move(observer));
   all.push_back(make_expectations(run));
   return all;
+}
+
+void declare_output(Schema& schema) {
+  schema.add(
+      {.path = "output",
+       .sentence = "What is written, and when.",
+       .keys = {
+           {"times", Kind::quantities, "s", optional, "Fields are written at these times and at the end."},
+           {"every", Kind::quantity, "s", optional, "Fields are written at all multiples of this time."},
+           {"fields", Kind::flag, "", "true", "Whether fields for ParaView are written at all."},
+           {"format", Kind::choice, "", "vtu", "Of the fields." + field_formats().sentences(), field_formats().names()},
+           {"samples", Kind::integer, "", "200",
+            "About how many rows probes.csv, energy.csv and balance.csv get, evenly spaced, besides the times "
+            "of the fields."},
+           {"probes", Kind::text, "", optional,
+            "\"every 1 s\": probes.csv has a row at the start and at all multiples of this time, and no others, so "
+            "that rows of two runs can be subtracted. Steps land on these times."},
+           {"checkpoint", Kind::quantity, "s", "10 min",
+            "How often, by the clock, a run is stored so that `calor run CASE --restart` can go on from there; "
+            "0 s: only when it is interrupted or its --time-limit is over."},
+           {"checkpoint_steps", Kind::integer, "", optional, "The run is stored every so many steps as well."},
+           {"temperature", Kind::text, "", "K",
+            "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
+            "command line --units degC. Files of numbers keep to K."},
+       }});
 }
 
 }  // namespace calor

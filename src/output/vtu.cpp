@@ -6,43 +6,16 @@
 #include <algorithm>
 #include <bit>
 #include <cerrno>
-#include <cmath>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <numeric>
 
-#include "base/archive.hpp"
 #include "base/parallel.hpp"
-#include "cloud/cell_integrals.hpp"
 #include "output/files.hpp"
 
 namespace calor {
 namespace {
-
-std::string escaped(const std::string& text) {
-  std::string out;
-  for (char c : text) {
-    switch (c) {
-      case '&':
-        out += "&amp;";
-        break;
-      case '<':
-        out += "&lt;";
-        break;
-      case '>':
-        out += "&gt;";
-        break;
-      case '"':
-        out += "&quot;";
-        break;
-      default:
-        out += c;
-    }
-  }
-  return out;
-}
 
 std::string head_of_file(const std::string& type, const std::string& more = {}) {
   return fmt::format(
@@ -224,66 +197,6 @@ void write_grid(MPI_Comm comm, const std::string& folder, const std::string& nam
   });
 }
 
-/// The polygon of a facet whose places are given, with weights that add up to its area: of their middle and spread, in
-/// its tangential plane, as large as the facet. Exact for the rectangles of boxes.
-std::array<Vec3, 4> outline(const Facet& facet, std::span<const Vec3> x, std::span<const double> weight,
-                            int dimension) {
-  const Vec3& n = facet.normal;
-  int across = 0;  // the axis that lies flattest
-  for (int axis = 1; axis < dimension; ++axis)
-    if (std::abs(n[axis]) < std::abs(n[across])) across = axis;
-  Vec3 axis;
-  axis[across] = 1;
-  const Vec3 first = dimension == 3 ? 1 / norm(cross(n, axis)) * cross(n, axis) : Vec3{-n.y, n.x, 0},
-             second = cross(n, first);
-  Vec3 middle;
-  for (std::size_t k = 0; k < x.size(); ++k) middle += weight[k] / facet.area * x[k];
-  const auto width = [&](const Vec3& along) {  // of a rectangle of this spread
-    double spread = 0;
-    for (std::size_t k = 0; k < x.size(); ++k)
-      spread += weight[k] / facet.area * std::pow(dot(x[k] - middle, along), 2);
-    return std::sqrt(12 * spread);
-  };
-  double a = width(first), b = 0;
-  if (dimension == 3) {
-    b = width(second);
-    if (!(a * b > 0)) a = b = 1;  // its shape is not known
-    const double scale = std::sqrt(facet.area / (a * b));
-    a *= scale, b *= scale;
-  }
-  const Vec3 u = 0.5 * a * first, v = 0.5 * b * second;
-  return {middle - u - v, middle + u - v, middle + u + v, middle - u + v};
-}
-
-/// The labels that every cloud has.
-void add_labels_of_points(const Cloud& cloud, std::vector<Label>& labels) {
-  labels.push_back({"id", {}, {cloud.id.begin(), cloud.id.begin() + cloud.owned}});
-  labels.push_back({"tag", cloud.tags, {cloud.tag.begin(), cloud.tag.begin() + cloud.owned}});
-}
-
-void add_labels_of_facets(const Cloud& cloud, std::vector<Label>& labels) {
-  Label face{"face", cloud.faces}, point{"point", {}};
-  for (const Facet& facet : cloud.facets) {
-    face.values.push_back(facet.face);
-    point.values.push_back(cloud.id[facet.point]);
-  }
-  labels.insert(labels.end(), {face, point});
-}
-
-std::vector<std::array<Vec3, 4>> outlines_of(const Cloud& cloud) {
-  std::vector<int> facets(cloud.facets.size());
-  std::iota(facets.begin(), facets.end(), 0);
-  const CellIntegrals integrals(cloud);
-  const CellSamples places = integrals.facets(facets);
-  std::vector<std::array<Vec3, 4>> outlines;
-  for (const int n : facets) {
-    const auto begin = places.row[n], count = places.row[n + 1] - begin;
-    const auto of_facet = [&](const auto& all) { return std::span(all).subspan(begin, count); };
-    outlines.push_back(outline(cloud.facets[n], of_facet(places.x), of_facet(places.weight), cloud.dimension));
-  }
-  return outlines;
-}
-
 /// Collective.
 void write_points(const Cloud& cloud, double t, const std::string& folder, const std::string& name,
                   const std::vector<Field>& fields, const std::vector<Label>& labels) {
@@ -302,7 +215,7 @@ void write_points(const Cloud& cloud, double t, const std::string& folder, const
 void write_surface(const Cloud& cloud, std::span<const std::array<Vec3, 4>> outlines, double t,
                    const std::string& folder, const std::string& name, const std::vector<Field>& fields,
                    const std::vector<Label>& labels) {
-  const int corners = cloud.dimension == 3 ? 4 : cloud.dimension;
+  const int corners = corners_of_facet(cloud);
   Piece surface{.type = "PolyData",
                 .cells = corners == 4   ? "Polys"
                          : corners == 2 ? "Lines"
@@ -320,6 +233,30 @@ void write_surface(const Cloud& cloud, std::span<const std::array<Vec3, 4>> outl
   write_grid(cloud.comm, folder, name, surface);
 }
 
+class VtuWriter final : public FieldWriter {
+ public:
+  using FieldWriter::FieldWriter;
+
+ private:
+  void write_files(const std::vector<Field>& points, const std::vector<Field>& facets) override {
+    const double t = written().back().t;
+    const std::string number = fmt::format("{:04}", written().size() - 1);
+    write_points(cloud(), t, folder() + "/fields", "fields_" + number, points, of_points());
+    write_surface(cloud(), outlines(), t, folder() + "/fields", "surface_" + number, facets, of_facets());
+  }
+
+  void write_lists() const override {
+    for (const auto& [name, suffix] : {std::pair{"fields", "vtu"}, std::pair{"surface", "vtp"}}) {
+      std::string text = "<Collection>\n";
+      for (std::size_t n = 0; n < written().size(); ++n)
+        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"fields/{}_{:04}.{}{}\"/>\n", written()[n].t,
+                            name, n, written()[n].ranks > 1 ? "p" : "", suffix);
+      replace_file(fmt::format("{}/{}.pvd", folder(), name),
+                   head_of_file("Collection") + text + "</Collection>\n</VTKFile>\n");
+    }
+  }
+};
+
 }  // namespace
 
 void write_cloud(const Cloud& cloud, const std::string& stem, const std::vector<Field>& points) {
@@ -331,48 +268,6 @@ void write_cloud(const Cloud& cloud, const std::string& stem, const std::vector<
   write_surface(cloud, outlines_of(cloud), 0, folder, path.filename().string() + "-surface", {}, of_facets);
 }
 
-FieldWriter::FieldWriter(const Cloud& cloud, std::string folder, std::vector<Label> of_points,
-                         std::vector<Label> of_facets)
-    : cloud_(cloud), folder_(std::move(folder)), of_points_(std::move(of_points)), of_facets_(std::move(of_facets)) {
-  add_labels_of_points(cloud, of_points_), add_labels_of_facets(cloud, of_facets_);
-  outlines_ = outlines_of(cloud);
-}
-
-void FieldWriter::open() {
-  make_folder(cloud_.comm, folder_ + "/fields");
-  write_collections();
-}
-
-void FieldWriter::exchange(Archive& archive) {
-  std::size_t count = written_.size();
-  archive.value("times of fields", count);
-  written_.resize(count);
-  for (auto& [t, is_divided] : written_) {
-    archive.value("fields at time", t);
-    archive.value("in pieces of ranks", is_divided);
-  }
-}
-
-void FieldWriter::write(double t, const std::vector<Field>& points, const std::vector<Field>& facets) {
-  const std::string number = fmt::format("{:04}", written_.size());
-  write_points(cloud_, t, folder_ + "/fields", "fields_" + number, points, of_points_);
-  write_surface(cloud_, outlines_, t, folder_ + "/fields", "surface_" + number, facets, of_facets_);
-  written_.push_back({t, size_of(cloud_.comm) > 1});
-  write_collections();
-}
-
-void FieldWriter::write_collections() const {
-  collective_try(cloud_.comm, [&] {
-    if (rank_of(cloud_.comm) != 0) return;
-    for (const auto& [name, suffix] : {std::pair{"fields", "vtu"}, std::pair{"surface", "vtp"}}) {
-      std::string text = "<Collection>\n";
-      for (std::size_t n = 0; n < written_.size(); ++n)
-        text += fmt::format("<DataSet timestep=\"{}\" part=\"0\" file=\"fields/{}_{:04}.{}{}\"/>\n", written_[n].t,
-                            name, n, written_[n].is_divided ? "p" : "", suffix);
-      replace_file(fmt::format("{}/{}.pvd", folder_, name),
-                   head_of_file("Collection") + text + "</Collection>\n</VTKFile>\n");
-    }
-  });
-}
+std::unique_ptr<FieldWriter> make_vtu_writer(FieldSetup setup) { return std::make_unique<VtuWriter>(std::move(setup)); }
 
 }  // namespace calor

@@ -3,21 +3,24 @@
 
   run.py CALOR
 
-Without python3-vtk9 and python3-meshio of Debian it ends with code 77: skipped."""
+Without python3-vtk9, python3-meshio and python3-h5py of Debian it ends with code 77: skipped."""
 import pathlib
 import subprocess
 import sys
 import tempfile
 import unittest
 
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parent.parent.parent / "python"))
 try:
+    import h5py
     import meshio
     import numpy as np
     from vtkmodules.util.numpy_support import vtk_to_numpy
     from vtkmodules.vtkFiltersVerdict import vtkCellSizeFilter
     from vtkmodules.vtkIOXML import vtkXMLGenericDataObjectReader
+    import calor
 except ImportError as missing:
-    print(f"skipped: {missing}; apt-get install python3-vtk9 python3-meshio")
+    print(f"skipped: {missing}; apt-get install python3-vtk9 python3-meshio python3-h5py")
     sys.exit(77)
 
 CALOR = pathlib.Path(sys.argv[1]).resolve() if len(sys.argv) > 1 else None
@@ -83,13 +86,17 @@ def read(path):
 
 
 class Files(unittest.TestCase):
-    def run_case(self, text, ranks=1):
+    def run_case(self, text, ranks=1, more=(), codes=(0,)):
         folder = tempfile.TemporaryDirectory()
         self.addCleanup(folder.cleanup)
         case = pathlib.Path(folder.name) / "case.toml"
         case.write_text(text)
-        subprocess.run([CALOR, "run", case, "-o", case.with_name("result"), "-j", str(ranks), "--quiet"], check=True)
-        return case.with_name("result")
+        return self.go_on(case.with_name("result"), ranks, more, codes)
+
+    def go_on(self, result, ranks, more, codes=(0,)):
+        done = subprocess.run([CALOR, "run", result.with_name("case.toml"), "-o", result, "-j", str(ranks), "--quiet", *more])
+        self.assertIn(done.returncode, codes)
+        return result
 
     def test_vtk_and_meshio_read_the_same_points(self):
         path = self.run_case(BLOCK) / "fields" / "fields_0001.vtu"
@@ -138,6 +145,33 @@ class Files(unittest.TestCase):
         self.assertEqual(surface.GetNumberOfCells(), 2)
         np.testing.assert_allclose(sorted(surface.GetPoint(n)[0] for n in range(2)), [0, 30e-3])
         np.testing.assert_array_equal(facets["condition"], facets["face"])
+
+    def assert_same_fields(self, one, other):
+        self.assertEqual(list(one.times), list(other.times))
+        for t in one.times:
+            # Several ranks have their own order of points and facets.
+            for left, right in ((one.fields(t), other.fields(t)), (one.surface(t), other.surface(t))):
+                self.assertEqual((set(left), left.units, left.called), (set(right), right.units, right.called))
+                orders = [np.lexsort(fields.x.round(9).T) for fields in (left, right)]
+                for name in left:
+                    np.testing.assert_allclose(left[name][orders[0]], right[name][orders[1]], rtol=1e-9, atol=1e-9, err_msg=name)
+
+    def test_xdmf_holds_what_vtk_holds(self):
+        for text, ranks in ((BLOCK, 1), (BLOCK, 3), (PLATE, 2), (ROD, 3)):
+            with self.subTest(text[:20], ranks=ranks):
+                vtk, xdmf = self.run_case(text), self.run_case(text, ranks, ["output.format=xdmf"])
+                self.assertFalse((xdmf / "fields.pvd").exists())
+                self.assert_same_fields(calor.Result(vtk), calor.Result(xdmf))
+                with h5py.File(xdmf / "fields" / "fields_0001.h5") as data:
+                    self.assertEqual(data["fields/temperature"].attrs["unit"], b"K")
+                    self.assertEqual(data["fields/temperature"].compression, "gzip")
+
+    def test_xdmf_goes_on_on_other_ranks(self):
+        steps = ["output.format=xdmf", "output.times=[\"2 s\", \"6 s\"]", "time.step=\"10 ms\""]
+        whole = self.run_case(BLOCK, 1, steps)
+        parts = self.run_case(BLOCK, 2, [*steps, "--time-limit", "1ms"], codes=(75,))
+        self.go_on(parts, 3, [*steps, "--restart"])
+        self.assert_same_fields(calor.Result(whole), calor.Result(parts))
 
 
 if __name__ == "__main__":
