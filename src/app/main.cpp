@@ -17,6 +17,10 @@
 #include <thread>
 #include <utility>
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include "app/doc.hpp"
 #include "app/interrupts.hpp"
 #include "app/json_schema.hpp"
@@ -302,9 +306,19 @@ int command(int argc, char** argv) {
   });
 }
 
+/// SuperLU_DIST, which comes with PETSc, has told malloc when it was loaded that freed memory is to stay with the
+/// process. Here large arrays go back to the system, so that the peak of memory is that of what is in use at once.
+void give_memory_back() {
+#ifdef __GLIBC__
+  constexpr int large = 1 << 20, most_arrays = 1 << 16;
+  mallopt(M_MMAP_MAX, most_arrays), mallopt(M_MMAP_THRESHOLD, large), mallopt(M_TRIM_THRESHOLD, large);
+#endif
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  give_memory_back();
   open_standard_files();
   std::signal(SIGXFSZ, SIG_IGN);  // a file that may not grow is an error as a full disk is
   end_with_launcher();

@@ -114,10 +114,11 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
       }
       const std::size_t size = out.column.size(), needed = size + found.size();
       if (out.column.capacity() < needed) {
-        // From what the rows so far took, so that large lists are moved once or twice only.
+        // From what the rows so far took, so that large lists are moved once or twice only, and are packed where they
+        // are (pair_rows.hpp). Room that is never used costs no memory.
         const double rows = static_cast<double>(cloud.owned) / (i + 1.0);
         out.column.reserve(
-            i < 1000 ? 2 * needed : static_cast<std::size_t>(1.02 * rows * static_cast<double>(needed)) + found.size());
+            i < 1000 ? 2 * needed : static_cast<std::size_t>(1.1 * rows * static_cast<double>(needed)) + found.size());
       }
       const auto self = std::ranges::find(found, i);
       out.column.insert(out.column.end(), found.begin(), self);

@@ -18,14 +18,6 @@ namespace {
 
 constexpr double exactly = 1e-12;
 constexpr double floor_of_clip = 0.02;
-/// Fits of the moments, each from weights that the one before left positive: few where the last of them changes little.
-/// On jittered squares of 161 points an edge three leave errors of 4.0e-7 K (SPH), two 4.1e-7, one twice as much; on
-/// the sphere of a mesh three leave 3 % less than two. Materials that conduct by direction, for which weights change by
-/// more than themselves, take many.
-constexpr int few_fits = 3, many_fits = 10;
-/// Many fits keep weights above this part of what few have made.
-constexpr double floor_of_fits = 1e-3;
-constexpr double little = 0.1;
 
 /// Faces with facets that have no images beyond them.
 std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) {
@@ -65,14 +57,17 @@ std::vector<double> volumes_to_scale(const Cloud& cloud, const Neighbours& neigh
   return volume;
 }
 
-void count_negative(const Cloud& cloud, std::span<const double> G, CorrectionReport& report) {
-  std::vector<double> size(G.size());
+void count_negative(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G,
+                    CorrectionReport& report) {
+  std::vector<double> size(cloud.owned);
   std::int64_t negative = 0;
   double smallest = 0;
-  for (std::size_t n = 0; n < G.size(); ++n) {
-    size[n] = std::abs(G[n]);
-    smallest = std::min(smallest, G[n]);
-    negative += G[n] < 0;
+  for (int i = 0; i < cloud.owned; ++i) {
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      size[i] += std::abs(G[n]);
+      smallest = std::min(smallest, G[n]);
+      negative += G[n] < 0;
+    }
   }
   report.negative = total(cloud.comm, negative);
   smallest = min(cloud.comm, smallest);
@@ -103,11 +98,6 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const d
   const auto axes = sums(cloud.comm, squares, 3);
   inside = total(cloud.comm, inside);
   if (inside > 0) report.moment_error = std::sqrt(std::max({axes[0], axes[1], axes[2]}) / static_cast<double>(inside));
-}
-
-/// Lifts weights to a small part of what they were.
-void clip(std::span<const double> base, double floor, std::span<double> g) {
-  for (std::size_t n = 0; n < g.size(); ++n) g[n] = std::max(g[n], floor * base[n]);
 }
 
 /// What the rounding of the coordinates may leave of a residual: far from the origin, much.
@@ -199,19 +189,15 @@ void require_sound(const Cloud& cloud, const CorrectionReport& done, bool anisot
 void enforce_with_positive_weights(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g,
                                    CorrectionReport& report, int most) {
   int solves = 0;
-  for (bool negative = true; negative;) {
-    const std::vector<double> base = g;
-    const auto solve = enforce_linear_consistency(cloud, neighbours, g, exactly);
-    if (solves++ == 0) report.change = solve.change;
+  for (bool negative = true; negative && solves < most; ++solves) {
+    const auto solve = enforce_linear_consistency(cloud, neighbours, g, exactly, solves + 1 < most ? floor_of_clip : 0);
+    if (solves == 0) report.change = solve.change;
     report.lambda_iterations += solve.iterations;
-    const auto below_zero = [](double G) { return G < 0; };
-    negative = any(cloud.comm, std::any_of(g.begin(), g.end(), below_zero));
-    if (!negative || solves == most) break;
-    clip(base, floor_of_clip, g);
+    negative = solve.negative;
   }
   report.lambda_solves += solves;
   report.residual = largest_residual(cloud, neighbours, g);
-  count_negative(cloud, g, report);
+  count_negative(cloud, neighbours, g, report);
 }
 
 std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& neighbours,
@@ -231,14 +217,7 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   std::vector<double> g = base_weights();
   if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
   scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
-  std::vector<double> base;
-  for (int fits = 1; fits <= many_fits; ++fits) {
-    const MomentFit fit = fit_moments(cloud, neighbours, g);
-    report.moment_iterations += fit.steps;
-    if (fits == few_fits && fit.change < little) break;
-    if (fits == few_fits) base = g;
-    if (fits > few_fits) clip(base, floor_of_fits, g);
-  }
+  report.moment_iterations = fit_moments(cloud, neighbours, g);
   enforce_with_positive_weights(cloud, neighbours, g, report, solves);
   measure(cloud, neighbours, g, report);
   return g;

@@ -118,15 +118,11 @@ void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<cons
 void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
                   std::span<double> g);
 
-struct MomentFit {
-  int steps;
-  double change;  ///< root mean square of G/g - 1, in the metric of g
-};
-
 /// A few steps towards (M) and (L) at once, sum_j g_ij x_ji (x) x_ji = 2 V_i I and sum_j g_ij x_ji = -A_i, by
 ///   g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji + x_ji.(tau_i + tau_j) x_ji],
-/// tau symmetric tensors; keeps g >= 0.02 of what it was.
-MomentFit fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g);
+/// tau symmetric tensors; keeps g >= 0.02 of what it was. In single precision: what the steps leave is far larger.
+/// Returns their number.
+int fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g);
 
 /// Second moments of points beside cracks: g_ij <- g_ij [1 + x_ji.(tau_i + tau_j) x_ji], tau_i = z_i P_i, so that
 /// sum_j g_ij x_ji.P_i x_ji is wanted_i where P_i, of the owned points, is not zero.
@@ -136,18 +132,24 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
 /// max |R_i| over the faces of a cell, axis by axis. Collective.
 double largest_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G);
 
+/// What sum_j g_ij x_ji is to be: -A_i of the owned points, of the facets without images; of axisymmetric bodies
+/// S_i e_r - A_i.
+std::vector<Vec3> wanted_sums(const Cloud& cloud, const Neighbours& neighbours);
+
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2; of axisymmetric bodies with A_i - S_i e_r.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
 
 struct LambdaSolve {
   int iterations;
   double change;  ///< max |G/g - 1|
+  bool negative;  ///< are there weights below 0, or were there before they were lifted
 };
 
 /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i, up to `tolerance` of
-/// what it was off by.
+/// what it was off by. Where any weight becomes negative, all that fall below `floor` of what they were are lifted to
+/// that; 0: none are.
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
-                                       double tolerance);
+                                       double tolerance, double floor = 0);
 
 /// The same, again and again from weights without the negative ones (kept at 0.02 of what they were), until there are
 /// none, `most` times at most. Books solves, residual and what is left of negative weights.

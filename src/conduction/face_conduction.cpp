@@ -60,7 +60,7 @@ void FaceConduction::pack_pairs() {
     }
     pairs.row.push_back(static_cast<std::int64_t>(G.size()));
   }
-  pairs_ = PairRows(pairs, G);
+  pairs_ = PairRows(std::move(pairs), std::move(G));
 }
 
 void FaceConduction::find_coupled() {

@@ -34,11 +34,11 @@ Symmetric3 pseudo_inverse(const Symmetric3& M) {
   return inverse;
 }
 
-CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap& preconditioner,
-                             std::span<const double> b, std::span<double> x, const CgLimits& limits) {
-  const std::size_t n = b.size();
-  std::vector<double> r(b.begin(), b.end()), z(n), p(n), Ap(n);
-  std::fill(x.begin(), x.end(), 0.0);
+CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap& preconditioner, std::span<double> r,
+                             std::span<double> x, const CgLimits& limits) {
+  const std::size_t n = r.size();
+  std::vector<double> z(n), p(n);
+  std::vector<double>& Ap = z;  // z is no longer wanted when Ap is
   CgResult result{.residual = std::sqrt(dot(comm, r, r))};
   const double goal = std::max(limits.relative * result.residual, limits.absolute);
   result.converged = result.residual <= goal;
@@ -63,24 +63,11 @@ CgResult conjugate_gradients(MPI_Comm comm, const LinearMap& A, const LinearMap&
   return result;
 }
 
-void chebyshev(const LinearMap& A, std::span<const double> b, std::span<double> x, const ChebyshevLimits& limits) {
+void ChebyshevSteps::advance() {
   const double middle = 0.5 * (limits.largest + limits.least), half = 0.5 * (limits.largest - limits.least);
-  const std::size_t n = b.size();
-  std::vector<double> r(b.begin(), b.end()), p(n), Ap(n);
-  std::fill(x.begin(), x.end(), 0.0);
-  double alpha = 0;
-  for (int step = 0; step < limits.steps; ++step) {
-    if (step > 0) {
-      A(p, Ap);
-      for (std::size_t i = 0; i < n; ++i) r[i] -= alpha * Ap[i];
-    }
-    const double beta = (step == 1 ? 0.5 : 0.25) * half * half * alpha * alpha;
-    alpha = step == 0 ? 1 / middle : 1 / (middle - beta / alpha);
-    for (std::size_t i = 0; i < n; ++i) {
-      p[i] = r[i] + beta * p[i];
-      x[i] += alpha * p[i];
-    }
-  }
+  beta = (step == 0 ? 0 : step == 1 ? 0.5 : 0.25) * half * half * alpha * alpha;
+  alpha = step == 0 ? 1 / middle : 1 / (middle - beta / alpha);
+  ++step;
 }
 
 }  // namespace calor

@@ -126,12 +126,7 @@ Vec3 over_faces(const Cloud& cloud) {
 class Truss {
  public:
   Truss(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g, const Vec3& unit)
-      : cloud_(cloud),
-        g_(g),
-        unit_(unit),
-        inverse_(cloud.owned),
-        lambda_(3 * static_cast<std::size_t>(cloud.owned)),
-        changes_(cloud, neighbours) {
+      : cloud_(cloud), g_(g), unit_(unit), inverse_(cloud.owned), changes_(cloud, neighbours) {
     for (int i = 0; i < cloud.owned; ++i) {
       Symmetric3 block;
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
@@ -142,7 +137,7 @@ class Truss {
 
   void multiply(std::span<const double> p, std::span<double> y) {
     set_lambda(p);
-    changes_.effects(g_, y);
+    changes_.effects(g_.data(), 0, cloud_.owned, y.data());
     for (int i = 0; i < cloud_.owned; ++i)
       for (int a = 0; a < 3; ++a) y[3 * i + a] *= unit_[a];
   }
@@ -156,52 +151,63 @@ class Truss {
     }
   }
 
-  /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji]; returns max |(lambda_i - lambda_j).x_ji|. The last thing to do: the
-  /// matrix is that of the weights before.
-  double change_weights(std::span<const double> p, std::span<double> g) {
+  /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji], see LambdaSolve. The last thing to do: the matrix is that of the
+  /// weights before.
+  LambdaSolve change_weights(std::span<const double> p, std::span<double> g, double floor) {
     set_lambda(p);
-    double change = 0;
+    LambdaSolve done = {};
     changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) {
-      change = std::max(change, std::abs(c));
-      g[n] *= 1 + c;
+      done.change = std::max(done.change, std::abs(c));
+      done.negative = done.negative || g[n] * (1 + c) < 0;
     });
-    return max(cloud_.comm, change);
+    done.change = max(cloud_.comm, done.change);
+    done.negative = any(cloud_.comm, done.negative);
+    const bool lift = done.negative && floor > 0;
+    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) {
+      const double changed = g[n] * (1 + c);
+      g[n] = lift ? std::max(changed, floor * g[n]) : changed;
+    });
+    return done;
   }
 
  private:
   void set_lambda(std::span<const double> p) {
     for (int i = 0; i < cloud_.owned; ++i)
-      for (int a = 0; a < 3; ++a) lambda_[3 * i + a] = unit_[a] * p[3 * i + a];
-    changes_.set(lambda_);
+      for (int a = 0; a < 3; ++a) changes_.at(i)[a] = unit_[a] * p[3 * i + a];
+    changes_.update_ghosts();
   }
 
   const Cloud& cloud_;
   std::span<const double> g_;
   Vec3 unit_;
   std::vector<Symmetric3> inverse_;
-  std::vector<double> lambda_;  // of the owned points
   PairChanges<false> changes_;
 };
 
 }  // namespace
 
-std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g) {
-  std::vector<Vec3> R(cloud.owned);
-  for (int i = 0; i < cloud.owned; ++i) R[i] = cloud.plane_area(i);
+std::vector<Vec3> wanted_sums(const Cloud& cloud, const Neighbours& neighbours) {
+  std::vector<Vec3> wanted(cloud.owned);
+  for (int i = 0; i < cloud.owned; ++i) wanted[i] = -cloud.plane_area(i);
   for (std::size_t p = 0; p < neighbours.mirrored.size(); ++p) {
     const Facet& facet = cloud.facets[p];
-    if (neighbours.mirrored[p]) R[facet.point] -= facet.area * facet.normal;
+    if (neighbours.mirrored[p]) wanted[facet.point] += facet.area * facet.normal;
   }
+  return wanted;
+}
+
+std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g) {
+  std::vector<Vec3> R = wanted_sums(cloud, neighbours);
   for (int i = 0; i < cloud.owned; ++i) {
     Vec3 sum;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) sum += g[n] * neighbours.x_ji(cloud.x, i, n);
-    R[i] = -(sum + R[i]);
+    R[i] -= sum;
   }
   return R;
 }
 
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
-                                       double tolerance) {
+                                       double tolerance, double floor) {
   // The blocks of the diagonal take care of what differs from point to point, the coarse grid of the rest. On a long
   // line that takes too many iterations: there the preconditioner is the whole matrix, factorised, at the price of the
   // last bits on other numbers of ranks.
@@ -228,20 +234,17 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   for (int i = 0; i < cloud.owned; ++i)
     for (int a = 0; a < cloud.dimension; ++a) size = std::max(size, product(unit, face_size(cloud, i))[a]);
   const double round_off = 1e-13 * max(cloud.comm, size) * std::sqrt(static_cast<double>(cloud.count));
-  std::vector<double> solution(3 * static_cast<std::size_t>(cloud.owned));
-  const auto solved =
-      conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<const Vec3>(R)), solution,
-                          {.relative = tolerance, .absolute = round_off, .iterations = 20000});
+  std::vector<double> p(3 * static_cast<std::size_t>(cloud.owned));
+  const auto solved = conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<Vec3>(R)), p,
+                                          {.relative = tolerance, .absolute = round_off, .iterations = 20000});
   if (!solved.converged) {
-    std::vector<double> Kl(solution.size());
-    stiffness(solution, Kl);
-    auto left = numbers(std::span<Vec3>(R));
-    for (std::size_t k = 0; k < Kl.size(); ++k) left[k] -= Kl[k];
     for (Vec3& r : R) r = quotient(r, unit);
     refuse(cloud, R, solved.iterations);
   }
 
-  return {solved.iterations, truss.change_weights(solution, g)};
+  LambdaSolve done = truss.change_weights(p, g, floor);
+  done.iterations = solved.iterations;
+  return done;
 }
 
 }  // namespace calor

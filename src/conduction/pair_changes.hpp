@@ -3,10 +3,9 @@
 //   c_ij = (lambda_i - lambda_j).x_ji                          of vectors, or
 //   c_ij = (lambda_i - lambda_j).x_ji + x_ji.(tau_i + tau_j) x_ji     of vectors and symmetric tensors,
 // their effect sum_j g_ij c_ij x_ji, and sum_j g_ij c_ij x_ji (x) x_ji.
-#include <algorithm>
 #include <array>
-#include <cmath>
 #include <span>
+#include <type_traits>
 #include <vector>
 
 #include "base/simd.hpp"
@@ -19,49 +18,64 @@ namespace calor {
 using Six = std::array<double, 6>;
 inline Six products(const Vec3& a) { return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z}; }
 
+/// Vectors are computed with in double precision, as their conditions are to hold to round-off; tensors in single
+/// precision, which is far nearer than their conditions are met.
 template <bool tensors>
 class PairChanges {
  public:
+  using Number = std::conditional_t<tensors, float, double>;
   /// Unknowns of a point: lambda, and with tensors the six of tau.
   static constexpr int unknowns = tensors ? 9 : 3;
 
-  PairChanges(const Cloud& cloud, const Neighbours& neighbours) : cloud_(cloud), neighbours_(neighbours) {
-    for (const Vec3& x : cloud.x) x_.push_back({x.x, x.y, x.z, 0});
+  /// Lengths are measured in `unit`, m: a power of 2, so that this rounds nothing. The unknowns are 0 at first.
+  PairChanges(const Cloud& cloud, const Neighbours& neighbours, double unit = 1)
+      : cloud_(cloud), neighbours_(neighbours), points_(cloud.local()) {
+    for (std::size_t i = 0; i < points_.size(); ++i)
+      for (int a = 0; a < 3; ++a) points_[i].x[a] = cloud.x[i][a] / unit;
+    const auto sign = [](double v) { return static_cast<Number>(v); };
     for (const Mirror& m : neighbours.mirrors) {
-      const Vec3& s = m.sign;
-      mirrors_.push_back(
-          {Four{s.x, s.y, s.z, 0}, Four{m.shift.x, m.shift.y, m.shift.z, 0}, Four{s.x * s.y, s.x * s.z, s.y * s.z, 0}});
-    }
-    for (auto& field : fields_) field.resize(cloud.local());
-    points_.resize(cloud.local());
-  }
-
-  /// The unknowns of the owned points, one point after the other; updates the ghosts. Collective.
-  void set(std::span<const double> z) {
-    for (int f = 0; f < parts; ++f) {
-      for (int i = 0; i < cloud_.owned; ++i) {
-        const double* at = z.data() + unknowns * static_cast<std::ptrdiff_t>(i) + 3 * f;
-        fields_[f][i] = {at[0], at[1], at[2]};
-      }
-      cloud_.halo.update(std::span<Vec3>(fields_[f]));
-      for (std::size_t i = 0; i < points_.size(); ++i)
-        points_[i][f] = {fields_[f][i].x, fields_[f][i].y, fields_[f][i].z, 0};
+      const Vec3 s = m.sign, shift = (1 / unit) * m.shift;
+      mirrors_.push_back({.place_sign = Places{s.x, s.y, s.z, 0},
+                          .shift = Places{shift.x, shift.y, shift.z, 0},
+                          .sign = Vector{sign(s.x), sign(s.y), sign(s.z), 0},
+                          .mixed_sign = Vector{sign(s.x * s.y), sign(s.x * s.z), sign(s.y * s.z), 0}});
     }
   }
 
-  /// y = sum_j g_ij c_ij x_ji, and the six of x_ji (x) x_ji, of the owned points.
-  void effects(std::span<const double> g, std::span<double> y) const {
-    run_vectorised([&]<int width>() CALOR_ALWAYS_INLINE {
-      neighbours_.image.empty() ? add_up<false>(g.data(), y.data()) : add_up<true>(g.data(), y.data());
+  /// Of an owned point.
+  std::span<Number, unknowns> at(int i) { return std::span<Number, unknowns>(points_[i].v, unknowns); }
+  /// Gives ghosts the unknowns of their points. Collective.
+  void update_ghosts() {
+    if (size_of(cloud_.comm) == 1) return;
+    std::vector<Vec3> field(points_.size());
+    for (int first = 0; first < unknowns; first += 3) {
+      for (int i = 0; i < cloud_.owned; ++i)
+        for (int a = 0; a < 3; ++a) field[i][a] = points_[i].v[first + a];
+      cloud_.halo.update(std::span<Vec3>(field));
+      for (std::size_t j = cloud_.owned; j < points_.size(); ++j)
+        for (int a = 0; a < 3; ++a) points_[j].v[first + a] = static_cast<Number>(field[j][a]);
+    }
+  }
+
+  /// y = sum_j g_ij c_ij x_ji, and the six of x_ji (x) x_ji, of the points begin .. end, from that of point `begin` on.
+  template <class Weight>
+  void effects(const Weight* g, int begin, int end, Number* y) const {
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      neighbours_.image.empty() ? add_up<false>(g, begin, end, y) : add_up<true>(g, begin, end, y);
     });
   }
 
-  /// Upper triangle, row by row, of the matrix that gives the effect on a point of its own unknowns; with tensors.
-  using Block = std::array<double, 45>;
-  std::vector<Block> blocks(std::span<const double> g) const {
-    std::vector<Block> B(cloud_.owned);
-    run_vectorised([&]<int width>() CALOR_ALWAYS_INLINE {
-      neighbours_.image.empty() ? add_up_blocks<false>(g.data(), B.data()) : add_up_blocks<true>(g.data(), B.data());
+  /// What the unknowns of a point do to the point itself: upper triangle, row by row, of a symmetric matrix; and
+  /// sum_j g_ij x_ji. With tensors.
+  struct Block {
+    std::array<Number, 3> first;
+    std::array<Number, 45> upper;
+  };
+  template <class Weight>
+  Block block(const Weight* g, int i) const {
+    Block B;
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      neighbours_.image.empty() ? add_up_block<false>(g, i, B) : add_up_block<true>(g, i, B);
     });
     return B;
   }
@@ -71,92 +85,110 @@ class PairChanges {
   void for_each_change(const Use& use) const {
     for (int i = 0; i < cloud_.owned; ++i)
       for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n)
-        use(i, n, neighbours_.image.empty() ? at<false>(i, n).change : at<true>(i, n).change);
+        use(i, n, neighbours_.image.empty() ? pair<false>(i, n).change[0] : pair<true>(i, n).change[0]);
   }
 
  private:
-  static constexpr int parts = tensors ? 3 : 1;  ///< lambda, diagonal and mixed components of tau
-  using Vector = Doubles<4>;
-  /// Three numbers and a zero, where vectors of four are loaded from.
-  struct alignas(32) Four {
-    double v[4];
-    CALOR_ALWAYS_INLINE Vector load() const { return *reinterpret_cast<const UnalignedDoubles<4>*>(v); }
+  static constexpr int parts = unknowns / 3;  ///< lambda, diagonal and mixed components of tau
+  using Places = Doubles<4>;
+  using Vector __attribute__((vector_size(4 * sizeof(Number)))) = Number;
+  using Indices __attribute__((vector_size(4 * sizeof(Number)))) =
+      std::conditional_t<tensors, std::int32_t, std::int64_t>;
+
+  /// One line of a cache. Vectors of four are loaded from x and from any three unknowns: their last number belongs to
+  /// what follows and is multiplied by 0.
+  struct alignas(64) Point {
+    double x[3] = {};
+    Number v[tensors ? 10 : 5] = {};
+
+    CALOR_ALWAYS_INLINE Places place() const { return *reinterpret_cast<const UnalignedDoubles<4>*>(x); }
+    CALOR_ALWAYS_INLINE Vector part(int f) const {
+      using Unaligned __attribute__((vector_size(4 * sizeof(Number)), aligned(sizeof(Number)), may_alias)) = Number;
+      return *reinterpret_cast<const Unaligned*>(v + 3 * f);
+    }
   };
   struct Reflection {
-    Four sign, shift, mixed_sign;
+    Places place_sign, shift;
+    Vector sign, mixed_sign;
   };
   struct Pair {
     Vector x, squares, mixed;  ///< x_ji, xx yy zz, xy xz yz
-    double change;
+    Vector change;             ///< the same number four times
   };
 
   template <bool has_images>
-  CALOR_ALWAYS_INLINE inline Pair at(int i, std::int64_t n) const {
-    const std::int32_t j = neighbours_.column[n];
+  CALOR_ALWAYS_INLINE inline Pair pair(int i, std::int64_t n) const {
+    const Point &own = points_[i], &other = points_[neighbours_.column[n]];
     const Reflection* image = has_images ? &mirrors_[neighbours_.image[n]] : nullptr;
-    const auto& own = points_[i];
-    const auto& other = points_[j];
+    Places place = other.place();
+    if constexpr (has_images)
+      place = (image->place_sign * place - own.place()) + image->shift;
+    else
+      place -= own.place();
+    place = __builtin_shuffle(place, Places{}, Doubles4Indices{0, 1, 2, 4});
+
     Pair pair;
-    Vector lambda = other[0].load();
-    if constexpr (has_images) {
-      pair.x = (image->sign.load() * x_[j].load() - x_[i].load()) + image->shift.load();
-      lambda *= image->sign.load();
-    } else {
-      pair.x = x_[j].load() - x_[i].load();
-    }
-    Vector c = (own[0].load() - lambda) * pair.x;
+    pair.x = __builtin_convertvector(place, Vector);
+    Vector lambda = other.part(0);
+    if constexpr (has_images) lambda *= image->sign;
+    Vector c = (own.part(0) - lambda) * pair.x;
     if constexpr (tensors) {
-      using Indices __attribute__((vector_size(32))) = std::int64_t;
       pair.squares = pair.x * pair.x;
       pair.mixed = __builtin_shuffle(pair.x, Indices{0, 0, 1, 3}) * __builtin_shuffle(pair.x, Indices{1, 2, 2, 3});
-      Vector mixed = other[2].load();
-      if constexpr (has_images) mixed *= image->mixed_sign.load();
-      c += (own[1].load() + other[1].load()) * pair.squares + (own[2].load() + mixed) * pair.mixed;
+      Vector mixed = other.part(2);
+      if constexpr (has_images) mixed *= image->mixed_sign;
+      c += (own.part(1) + other.part(1)) * pair.squares + (own.part(2) + mixed) * pair.mixed;
     }
-    pair.change = (c[0] + c[1]) + c[2];
+    c += __builtin_shuffle(c, Indices{1, 0, 3, 2});
+    pair.change = c + __builtin_shuffle(c, Indices{2, 3, 0, 1});
     return pair;
   }
+  using Doubles4Indices __attribute__((vector_size(32))) = std::int64_t;
 
-  template <bool has_images>
-  CALOR_ALWAYS_INLINE inline void add_up(const double* g, double* y) const {
-    for (int i = 0; i < cloud_.owned; ++i) {
-      Vector sum[parts] = {};
-      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
-        const Pair pair = at<has_images>(i, n);
-        const double s = g[n] * pair.change;
-        sum[0] += s * pair.x;
-        if constexpr (tensors) sum[1] += s * pair.squares, sum[2] += s * pair.mixed;
-      }
+  template <bool has_images, class Weight>
+  CALOR_ALWAYS_INLINE inline void add_up(const Weight* g, int begin, int end, Number* y) const {
+    for (int i = begin; i < end; ++i) {
+      // Two sums, so that one addition need not wait for the other.
+      Vector sum[2][parts] = {};
+      const auto add = [&](std::int64_t n, int s) CALOR_ALWAYS_INLINE {
+        const Pair p = pair<has_images>(i, n);
+        const Vector w = static_cast<Number>(g[n]) * p.change;
+        sum[s][0] += w * p.x;
+        if constexpr (tensors) sum[s][1] += w * p.squares, sum[s][2] += w * p.mixed;
+      };
+      std::int64_t n = neighbours_.row[i];
+      const std::int64_t last = neighbours_.row[i + 1];
+      for (; n + 2 <= last; n += 2) add(n, 0), add(n + 1, 1);
+      if (n < last) add(n, 0);
       for (int f = 0; f < parts; ++f)
-        for (int a = 0; a < 3; ++a) y[unknowns * static_cast<std::ptrdiff_t>(i) + 3 * f + a] = sum[f][a];
+        for (int a = 0; a < 3; ++a) *y++ = sum[0][f][a] + sum[1][f][a];
     }
   }
 
-  template <bool has_images>
-  CALOR_ALWAYS_INLINE inline void add_up_blocks(const double* g, Block* B) const {
-    for (int i = 0; i < cloud_.owned; ++i) {
-      Vector rows[9][3] = {};
-      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
-        const Pair pair = at<has_images>(i, n);
-        const Vector v[3] = {pair.x, pair.squares, pair.mixed};
+  template <bool has_images, class Weight>
+  CALOR_ALWAYS_INLINE inline void add_up_block(const Weight* g, int i, Block& B) const {
+    Vector first = {}, rows[9][3] = {};
+    for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
+      const Pair p = pair<has_images>(i, n);
+      const Number weight = static_cast<Number>(g[n]);
+      const Vector v[3] = {p.x, p.squares, p.mixed};
+      first += weight * p.x;
 #pragma GCC unroll 9
-        for (int a = 0; a < 9; ++a) {
-          const double w = g[n] * v[a / 3][a % 3];
-          for (int f = a / 3; f < 3; ++f) rows[a][f] += w * v[f];
-        }
+      for (int a = 0; a < 9; ++a) {
+        const Number w = weight * v[a / 3][a % 3];
+        for (int f = a / 3; f < 3; ++f) rows[a][f] += w * v[f];
       }
-      double* out = B[i].data();
-      for (int a = 0; a < 9; ++a)
-        for (int b = a; b < 9; ++b) *out++ = rows[a][b / 3][b % 3];
     }
+    for (int a = 0; a < 3; ++a) B.first[a] = first[a];
+    Number* out = B.upper.data();
+    for (int a = 0; a < 9; ++a)
+      for (int b = a; b < 9; ++b) *out++ = rows[a][b / 3][b % 3];
   }
 
   const Cloud& cloud_;
   const Neighbours& neighbours_;
-  std::vector<Four> x_;
+  std::vector<Point> points_;
   std::vector<Reflection> mirrors_;
-  std::array<std::vector<Vec3>, parts> fields_;  // for the halo
-  std::vector<std::array<Four, parts>> points_;  // the same, packed
 };
 
 }  // namespace calor

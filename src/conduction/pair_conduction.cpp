@@ -11,7 +11,7 @@
 namespace calor {
 
 PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G)
-    : Conduction(Evaluation::nodes), cloud_(cloud), rows_(neighbours, G) {}
+    : Conduction(Evaluation::nodes), cloud_(cloud), rows_(std::move(neighbours), std::move(G)) {}
 
 PairConduction::PairConduction(const Cloud& cloud, const Parts& parts, Neighbours neighbours, std::vector<double> G,
                                CrackBonds cracks, const PairDirections& directions)
@@ -27,7 +27,7 @@ PairConduction::PairConduction(const Cloud& cloud, const Parts& parts, Neighbour
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
         G[n] *= along(R_of_parts_[part_[i]], neighbours.x_ji(cloud.x, i, n));
   }
-  rows_ = PairRows(neighbours, G);
+  rows_ = PairRows(std::move(neighbours), std::move(G));
 }
 
 void PairConduction::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {

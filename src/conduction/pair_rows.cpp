@@ -1,8 +1,11 @@
 #include "conduction/pair_rows.hpp"
 
 #include <algorithm>
+#include <array>
 #include <functional>
+#include <numeric>
 #include <unordered_map>
+#include <utility>
 
 #include "conduction/pair_flux.hpp"
 
@@ -49,7 +52,7 @@ CALOR_ALWAYS_INLINE inline void add_stencil(const Flux& flux, std::int64_t first
 
 }  // namespace
 
-PairRows::PairRows(const Neighbours& neighbours, std::span<const double> G) {
+PairRows::PairRows(Neighbours neighbours, std::vector<double> G) {
   const auto rows = static_cast<std::int32_t>(neighbours.row.size() - 1);
   entries_ = static_cast<std::int64_t>(neighbours.column.size());
   where_.resize(rows);
@@ -77,37 +80,68 @@ PairRows::PairRows(const Neighbours& neighbours, std::span<const double> G) {
     std::fill(where_.begin() + i, where_.begin() + end, static_cast<std::int32_t>(runs_.size()));
     runs_.push_back(run);
   }
-  pack_groups(neighbours, G, others);
+  column_ = std::move(neighbours.column), weight_ = std::move(G);
+  pack_groups(neighbours.row, others);
 }
 
-void PairRows::pack_groups(const Neighbours& neighbours, std::span<const double> G,
-                           std::span<const std::int32_t> rows) {
-  std::int64_t size = 0;
-  for (std::size_t first = 0; first < rows.size(); first += lanes) {
-    Group group{.begin = size, .end = size, .row = {}, .count = {}};
-    std::int32_t longest = 0;
-    for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const std::int32_t i = rows[std::min(first + lane, rows.size() - 1)];
-      group.row[lane] = i;
-      if (first + lane >= rows.size()) continue;
-      group.count[lane] = static_cast<std::int32_t>(neighbours.row[i + 1] - neighbours.row[i]);
-      where_[i] = -1 - static_cast<std::int32_t>(first + lane);
-      longest = std::max(longest, group.count[lane]);
+void PairRows::pack_groups(std::span<const std::int64_t> start, std::span<const std::int32_t> rows) {
+  const auto length = [&](std::int32_t i) { return static_cast<std::int32_t>(start[i + 1] - start[i]); };
+  std::int64_t used = 0;  // the rows of runs leave
+  for (const std::int32_t i : rows) {
+    if (used != start[i]) {
+      std::copy_n(column_.begin() + start[i], length(i), column_.begin() + used);
+      std::copy_n(weight_.begin() + start[i], length(i), weight_.begin() + used);
     }
-    group.end = size += static_cast<std::int64_t>(lanes) * longest;
+    used += length(i);
+  }
+
+  std::vector<std::int32_t> order(rows.size());
+  std::iota(order.begin(), order.end(), 0);
+  for (std::size_t first = 0; first < order.size(); first += window) {
+    const auto part = std::span(order).subspan(first, std::min<std::size_t>(window, order.size() - first));
+    std::ranges::stable_sort(part, std::greater<>(), [&](std::int32_t n) { return length(rows[n]); });
+  }
+  std::int64_t size = 0;
+  for (std::size_t first = 0; first < order.size(); first += lanes) {
+    Group group{.begin = size, .end = size, .row = {}, .count = {}};
+    for (std::size_t lane = 0; lane < lanes; ++lane) {
+      const std::int32_t i = rows[order[std::min(first + lane, order.size() - 1)]];
+      group.row[lane] = i;
+      if (first + lane >= order.size()) continue;
+      group.count[lane] = length(i);
+      where_[i] = -1 - static_cast<std::int32_t>(first + lane);
+    }
+    group.end = size += std::int64_t{lanes} * group.count[0];  // the longest
     groups_.push_back(group);
   }
+
+  // Groups begin no earlier than their rows did, so from the last one on nothing is overwritten that is still wanted.
   column_.resize(size), weight_.resize(size);
-  for (const Group& group : groups_) {
-    for (int lane = 0; lane < lanes; ++lane) {
-      const std::int64_t first = neighbours.row[group.row[lane]];
-      for (std::int64_t e = group.begin + lane, n = 0; e < group.end; e += lanes, ++n) {
-        const bool is_there = n < group.count[lane];
-        column_[e] = is_there ? neighbours.column[first + n] : group.row[lane];
-        weight_[e] = is_there ? G[first + n] : 0;
+  const std::size_t windows = (rows.size() + window - 1) / window;
+  std::vector<std::int32_t> columns;
+  std::vector<double> weights;
+  for (std::size_t w = windows; w-- > 0;) {
+    const std::size_t first = w * window, end = std::min(first + window, rows.size());
+    std::array<std::int64_t, window> at;
+    std::int64_t count = 0;
+    for (std::size_t n = first; n < end; ++n) at[n - first] = count, count += length(rows[n]);
+    used -= count;
+    columns.assign(column_.begin() + used, column_.begin() + used + count);
+    weights.assign(weight_.begin() + used, weight_.begin() + used + count);
+    for (std::size_t n = first; n < end || n % lanes != 0; ++n) {
+      const Group& group = groups_[n / lanes];
+      const std::size_t lane = n % lanes;
+      const std::int64_t from = n < end ? at[order[n] - first] : 0;
+      for (std::int64_t e = group.begin + static_cast<std::int64_t>(lane), k = 0; e < group.end; e += lanes, ++k) {
+        const bool is_there = k < group.count[lane];
+        column_[e] = is_there ? columns[from + k] : group.row[lane];
+        weight_[e] = is_there ? weights[from + k] : 0;
       }
     }
   }
+  // What the rows of runs took goes back; room for a few entries more was never touched.
+  if (static_cast<std::int64_t>(column_.capacity()) > size + size / 4) column_.shrink_to_fit();
+  if (static_cast<std::int64_t>(weight_.capacity()) > size + size / 4) weight_.shrink_to_fit();
 }
 
 std::size_t PairRows::memory() const {

@@ -2,8 +2,9 @@
 // Weights of pairs, row by row, packed for the sum that every explicit step is made of, F_i += sum_j G_ij flux_ij.
 // Where a row repeats the row before it, all columns one farther and the weights the same to the last bit, as inside
 // lattices, both share one stencil and a vector holds consecutive points. The other rows lie in groups of eight, one in
-// a lane of a vector. Either way a row is summed in the order of its neighbours: its sum has the same bits whichever
-// way it is packed, hence on any number of ranks.
+// a lane of a vector; they are sorted by length within windows of some groups, so that lanes hardly end early. Either
+// way a row is summed in the order of its neighbours: its sum has the same bits whichever way it is packed, hence on
+// any number of ranks.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -17,8 +18,9 @@ namespace calor {
 class PairRows {
  public:
   PairRows() = default;
-  /// Of the rows of `neighbours`, which have no images; G[n] belongs to neighbours.column[n].
-  PairRows(const Neighbours& neighbours, std::span<const double> G);
+  /// Of the rows of `neighbours`, which have no images; G[n] belongs to neighbours.column[n]. Both are packed where
+  /// they lie: on clouds they are by far the largest arrays of a run, and no second copy is made of them.
+  PairRows(Neighbours neighbours, std::vector<double> G);
 
   int count() const { return static_cast<int>(where_.size()); }
   std::int64_t entries() const { return entries_; }
@@ -37,7 +39,7 @@ class PairRows {
                   InstructionSet set = best_instruction_set()) const;
 
  private:
-  static constexpr int lanes = 8;
+  static constexpr int lanes = 8, window = 16 * lanes;
 
   struct Run {
     std::int32_t first, length;  ///< rows
@@ -49,7 +51,7 @@ class PairRows {
     std::int32_t count[lanes];  ///< of entries; those beyond have weight 0 and the row as column
   };
 
-  void pack_groups(const Neighbours& neighbours, std::span<const double> G, std::span<const std::int32_t> rows);
+  void pack_groups(std::span<const std::int64_t> start, std::span<const std::int32_t> rows);
   /// Calls use(column, weight) for the entries of row i.
   template <class Use>
   void for_each_entry(int i, const Use& use) const;

@@ -90,27 +90,25 @@ std::vector<double> sinkhorn_factors(const Cloud& cloud, const Neighbours& neigh
   return a;
 }
 
-void scale(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> a, std::span<double> w) {
+}  // namespace
+
+void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume, std::span<double> w) {
+  const std::vector<double> a = sinkhorn_factors(cloud, neighbours, volume, w);
   for (int i = 0; i < cloud.owned; ++i)
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) w[n] *= a[i] * a[neighbours.column[n]];
 }
 
-}  // namespace
-
-void scale_sums(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume, std::span<double> w) {
-  scale(cloud, neighbours, sinkhorn_factors(cloud, neighbours, volume, w), w);
-}
-
 void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> volume,
                   std::span<double> g) {
-  std::vector<double> trace(g.size());
-  for (int i = 0; i < cloud.owned; ++i) {
-    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
-      const Vec3 r = neighbours.x_ji(cloud.x, i, n);
-      trace[n] = g[n] * dot(r, r);
-    }
-  }
-  scale(cloud, neighbours, sinkhorn_factors(cloud, neighbours, volume, trace), g);
+  const auto square = [&](int i, std::int64_t n) {
+    const Vec3 r = neighbours.x_ji(cloud.x, i, n);
+    return dot(r, r);
+  };
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) g[n] *= square(i, n);
+  scale_sums(cloud, neighbours, volume, g);
+  for (int i = 0; i < cloud.owned; ++i)
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) g[n] /= square(i, n);
 }
 
 void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, std::span<const Symmetric3> P,
@@ -121,7 +119,7 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
     return Six{t.xx, t.yy, t.zz, 2 * t.xy, 2 * t.xz, 2 * t.yz};
   };
   const auto dot = [](const Six& a, const Six& b) { return std::inner_product(a.begin(), a.end(), b.begin(), 0.0); };
-  std::vector<double> diagonal(cloud.owned), rhs(cloud.owned), z(cloud.owned);
+  std::vector<double> diagonal(cloud.owned), r(cloud.owned), z(cloud.owned);
   for (int i = 0; i < cloud.owned; ++i) {
     double now = 0;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
@@ -129,7 +127,7 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
       now += g[n] * q;
       diagonal[i] += g[n] * (q / cloud.spacing[i]) * (q / cloud.spacing[i]);
     }
-    if (diagonal[i] > 0) rhs[i] = (wanted[i] - now) / cloud.spacing[i];
+    if (diagonal[i] > 0) r[i] = (wanted[i] - now) / cloud.spacing[i];
   }
   TensorField tau(cloud);
   const auto set_tau = [&](std::span<const double> z) {
@@ -145,7 +143,7 @@ void restore_second_moments(const Cloud& cloud, const Neighbours& neighbours, st
   const LinearMap scaling = [&](std::span<const double> r, std::span<double> y) {
     for (std::size_t i = 0; i < r.size(); ++i) y[i] = diagonal[i] > 0 ? r[i] / diagonal[i] : 0;
   };
-  conjugate_gradients(cloud.comm, normal_matrix, scaling, rhs, z, {.relative = 1e-11, .iterations = 1000});
+  conjugate_gradients(cloud.comm, normal_matrix, scaling, r, z, {.relative = 1e-11, .iterations = 1000});
   set_tau(z);
   change(cloud, neighbours, tau, g);
 }
