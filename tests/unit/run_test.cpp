@@ -199,10 +199,10 @@ TEST(Run, WritesTheTagsOfACloud) {
   cloud.tags = {"", "core <&>"};
   for (int i = 0; i < cloud.owned; ++i) cloud.tag[i] = i % 2;
   std::vector<double> T(cloud.owned, 300);
-  FieldWriter writer(cloud, folder.path());
-  writer.open();
+  const auto writer = make_vtu_writer({.cloud = cloud, .folder = folder.path()});
+  writer->open();
   EXPECT_EQ(Xml::parse(read_file(folder / "fields.pvd")).all("DataSet").size(), 0u);
-  writer.write(1. / 3, {{"temperature [K]", 1, T}}, {});
+  writer->write(1. / 3, {{"temperature [K]", 1, T}}, {});
   const Vtu vtu(folder / "fields/fields_0000.vtu");
   const auto tag = vtu.values<std::int64_t>("tag", 1);
   for (int i = 0; i < cloud.owned; ++i) EXPECT_EQ(tag[i], i % 2);
