@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "cloud/convex_cell.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/neighbours.hpp"
@@ -32,7 +33,7 @@ class CellsBesideCracks {
     constexpr double reach = 1.5, layer = 1e-3;  // in spacings
     const Vec3 &x = cloud_.x[i], &d = cloud_.metric[i];
     cell_.set(-reach * d, reach * d, cloud_.dimension);
-    for (const Facet& f : facets) cell_.cut(f.normal, 0);
+    for (const Facet& f : facets) cell_.cut(f.normal, wall_distance(cloud_, f));
     for (const int j : neighbours_.of(i)) {
       if (is_cracked && cracks_.separate(place(i), place(j))) continue;
       const Vec3 r = cloud_.x[j] - x, n = quotient(quotient(r, d), d);  // nearest in the metric
@@ -46,7 +47,7 @@ class CellsBesideCracks {
           cell_.cut((side > 0 ? -1.0 : 1.0) * piece.normal, std::max(0.0, (side > 0 ? 1 : -1) * piece.side(x)));
       }
     }
-    if (face) cell_.cut(-face->normal, layer * std::min({d.x, d.y, d.z}));
+    if (face) cell_.cut(-face->normal, layer * std::min({d.x, d.y, d.z}) - wall_distance(cloud_, *face));
     return cell_.volume();
   }
 

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "cloud/cells.hpp"
 
 namespace calor {
@@ -70,17 +71,20 @@ struct Cracks::Surface {
 
 Cracks::Surface Cracks::surface_at(const Vec3& place) const {
   double nearest = std::numeric_limits<double>::infinity();
-  int wall = -1;
-  for (int i = 0; i < cloud_.owned; ++i) {
-    if (cloud_.area[i] == Vec3{}) continue;
-    if (const double r = norm(cloud_.x[i] - place); r < nearest) nearest = r, wall = i;
-  }
+  std::vector<double> found;
+  const auto look_at = [&](const Vec3& x, const Vec3& area, int i) {
+    const double r = norm(x - place);
+    if (!(r < nearest)) return;
+    const Vec3 n = unit(area);
+    nearest = r;
+    found = {n.x, n.y, n.z, cloud_.spacing[i], dot(place - x, n), 1};
+  };
+  for (int i = 0; i < cloud_.owned && cloud_.points_on_walls; ++i)
+    if (!(cloud_.area[i] == Vec3{})) look_at(cloud_.x[i], cloud_.area[i], i);
+  for (const Facet& f : cloud_.facets)
+    if (!cloud_.points_on_walls) look_at(cloud_.x[f.point] + wall_distance(cloud_, f) * f.normal, f.normal, f.point);
   const double everywhere = min(cloud_.comm, nearest);
-  std::vector<double> found;  // of the ranks that have the nearest point
-  if (wall >= 0 && nearest == everywhere) {
-    const Vec3 n = unit(cloud_.area[wall]);
-    found = {n.x, n.y, n.z, cloud_.spacing[wall], dot(place - cloud_.x[wall], n), 1};
-  }
+  if (nearest > everywhere) found.clear();  // of the ranks that have the nearest place
   const std::vector<double> s = sums(cloud_.comm, found, 6);
   const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3], beyond = share * s[4];
   return {.reached = s[5] > 0 && (everywhere < 3 * spacing || beyond > 0) && beyond > -0.1 * spacing,
@@ -273,8 +277,6 @@ std::vector<Crack> read_cracks(const Case& c, const Cloud& cloud) {
   for (const Table& table : c.root().list("crack")) {
     if (D == 1) table.refuse("", "a crack in a body of one dimension", "model the body in two dimensions");
     if (cloud.axisymmetric) table.refuse("", "a crack in an axisymmetric body", "model the body in three dimensions");
-    if (!cloud.points_on_walls)
-      table.refuse("", "a crack in a cloud without points on the walls", "use at = \"walls\" in [cloud]");
     if (!cloud.has_areas)
       table.refuse("", "a crack in a cloud without boundary areas",
                    "give the columns area_x, area_y, area_z of the boundary points in the cloud's file");

@@ -263,12 +263,18 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
   return PairConduction(cloud, parts, std::move(neighbours), std::move(G), std::move(bonds));
 }
 
+MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Support& support,
+                                      const Conditions& conditions, bool insulated_too) {
+  if (has_cracks(c)) return {find_neighbours(cloud, support)};
+  return find_mirrored_neighbours(cloud, support, conditions, insulated_too);
+}
+
 Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
                            MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
                            MethodReport& report, const PairDirections& directions) {
   if (!has_cracks(c))
     return pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers, directions);
-  Neighbours& neighbours = mirrored.neighbours;  // without images: points on the walls have none
+  Neighbours& neighbours = mirrored.neighbours;  // without images
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();
   auto pairs =

@@ -22,6 +22,11 @@ namespace calor {
 PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Cracks& cracks, Neighbours neighbours,
                              std::vector<double> G, CorrectionReport& report);
 
+/// find_mirrored_neighbours of a body without [[crack]] entries; with them no images, as a crack would end at its own.
+/// Walls off the points are in series with the way to them then. Collective; throws Error.
+MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Support& support,
+                                      const Conditions& conditions, bool insulated_too);
+
 /// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
 /// from all pairs, images folded, with the directions that they conduct by. Collective; throws Error.
 Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,

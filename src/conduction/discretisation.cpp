@@ -21,7 +21,7 @@ Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& condit
   Discretisation d;
   if (conduction->ends()) d.locations.push_back(conduction->ends());
   d.conduction = std::move(conduction), d.walls = std::move(walls);
-  if (!cloud.points_on_walls && (cloud.walls.empty() || cloud.axisymmetric) && !conditions.temperatures.empty())
+  if (!cloud.points_on_walls && d.walls.empty() && !conditions.temperatures.empty())  // no images hold them
     d.walls.push_back(std::make_unique<SeriesWalls>(cloud, conditions.temperatures));
   d.dofs = std::make_unique<Dofs>(cloud);
   d.capacity = std::make_unique<LumpedCapacity>(std::move(volume));

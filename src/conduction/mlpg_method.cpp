@@ -48,7 +48,7 @@ MlpgOptions options_of(const Table& table, int dimension, bool regular) {
 
 void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptions& o) {
   const Table body = c.section("cloud");
-  if (!cloud.points_on_walls && !cloud.walls.empty())
+  if (!cloud.points_on_walls && !cloud.walls.empty() && !has_cracks(c))
     body.refuse(body.has("at") ? "at" : "", "mlpg needs points on the walls, and the cloud has none",
                 "use at = \"walls\"");
   if (!cloud.has_areas)

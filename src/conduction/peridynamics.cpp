@@ -65,8 +65,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   const Table table = c.section("peridynamics");
   const bool has_fluxes = any(
       cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
-  const Peridynamics options = options_of(
-      table, cloud.lattice && !cloud.points_on_walls && !cloud.axisymmetric && (!has_fluxes || is_paper(table)));
+  const bool has_images = !cloud.points_on_walls && !cloud.axisymmetric && !has_cracks(c);
+  const Peridynamics options = options_of(table, cloud.lattice && has_images && (!has_fluxes || is_paper(table)));
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
@@ -83,7 +83,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     table.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
   const PairDirections directions = pair_directions(c, cloud, material, true);
   MirroredNeighbours mirrored =
-      find_mirrored_neighbours(cloud, options.support(), conditions, table.text("insulated") == "even");
+      neighbours_of_body(c, cloud, options.support(), conditions, table.text("insulated") == "even");
   count_pairs(cloud, mirrored.neighbours, report);
   if (is_paper(table)) {
     auto G = bond_weights(cloud, mirrored.neighbours, options);
@@ -192,7 +192,7 @@ void declare_peridynamics(Schema& schema) {
            {"n", Kind::integer, "", "2", "Heat of a bond falls with this power of its length: 0, 1 or 2."},
            {"horizon", Kind::raw_quantities, "", optional,
             "Radius within which points exchange heat: a multiple of the spacing, or a length with its unit; default: "
-            "3.015 on lattices of cells without heat fluxes on walls, 2 on other clouds."},
+            "3.015 on lattices of cells without heat fluxes on walls and without cracks, 2 on other clouds."},
            {"correction",
             Kind::choice,
             "",
