@@ -2,6 +2,8 @@
 add_library(flags INTERFACE)
 # g++ 12 warns of its own AVX-512 headers (GCC bug 105593).
 target_compile_options(flags INTERFACE -Wall -Wextra $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized\;-Wno-uninitialized>)
+# Nobody replaces calor's functions when a program starts: calls among them need no detour.
+target_compile_options(flags INTERFACE -fno-semantic-interposition)
 target_compile_definitions(flags INTERFACE OMPI_SKIP_MPICXX)
 if(CALOR_NATIVE)
   include(CheckCXXCompilerFlag)

@@ -72,13 +72,21 @@ set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-calor)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_CONTROL_EXTRA ${CMAKE_SOURCE_DIR}/packaging/debian/postinst
                                               ${CMAKE_SOURCE_DIR}/packaging/debian/prerm)
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "calor (>= ${PROJECT_VERSION}), python3 (>= 3.11), python3-numpy")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-vtk9, python3-h5py")
+set(needed_by_python "calor (>= ${PROJECT_VERSION}), python3 (>= 3.11), python3-numpy")
+if(TARGET core)  # which is for one version of Python
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+  math(EXPR next "${Python_VERSION_MINOR} + 1")
+  string(APPEND needed_by_python ", python3 (<< ${Python_VERSION_MAJOR}.${next})")
+else()
+  set(CPACK_DEBIAN_PYTHON_PACKAGE_ARCHITECTURE all)
+endif()
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${needed_by_python}")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-scipy, python3-vtk9, python3-h5py")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, ffmpeg")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "meshless heat conduction (Python)
 Cases, runs and results of calor in Python, and what the command calor draws
-pictures and writes reports, fits and studies with.")
+pictures and writes reports, fits and studies with; and calor.core, the library
+in the process of Python: weights, Jacobians and laws written in Python.")
 
 set(CPACK_DEBIAN_DOC_PACKAGE_NAME calor-doc)
 set(CPACK_DEBIAN_DOC_PACKAGE_SECTION doc)

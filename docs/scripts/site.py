@@ -64,7 +64,9 @@ def interface(item, name, level):
 
 def python_page():
     import calor
-    return "# Python interface\n\n" + "\n".join(interface(getattr(calor, name), name, 2) for name in calor.__all__)
+    from calor import core
+    of_core = (interface(getattr(core, name), f"core.{name}", 2) for name in core.__all__)
+    return "# Python interface\n\n" + "\n".join([*(interface(getattr(calor, name), name, 2) for name in calor.__all__), *of_core])
 
 
 def run_notebooks(folder):

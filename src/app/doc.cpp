@@ -48,6 +48,7 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | an exponential law | `{ exponential = 3, along = "r", from = "0 mm", to = "10 mm", values = ["1 W/(m K)", "2 W/(m K)"] }` |
 | a hump | `{ hump = [1, 1], factor = 0.4, along = "y", from = "0 mm", to = "10 mm" }` |
 | layers | `{ layers = [0.2, 0.15], along = "z", thickness = ["1 mm", "2 mm"], start = "0 mm", unit = "W/(m K)" }` |
+| a callback | `{ callback = "my law" }` |
 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
 in `[parameter]` and `[function]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and the functions sqrt, cbrt,
@@ -67,6 +68,8 @@ first + (last - first) (e^(B s) - 1)/(e^B - 1), both with `values = [first, last
 `hump = [n, z]` means factor s^n (1 - s)^z. A variant or KEY=VALUE may change one number of a law.
 
 Layers lie on top of each other along an axis from `start` upwards; `thickness` is one for all or one a layer.
+
+A callback is a function of the program that reads the case, in SI units, such as one in Python ([core.md](core.md)); the command has none.
 
 ## Variants and changes
 

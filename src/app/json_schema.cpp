@@ -44,7 +44,8 @@ Json function(const Key& key) {
       {"layers", {{"type", "array"}, {"minItems", 1}}, {"along", "thickness", "start", "unit"}},
       {"power", {{"type", "number"}}, {"along", "from", "to", "values", "unit"}},
       {"exponential", {{"type", "number"}}, {"along", "from", "to", "values", "unit"}},
-      {"hump", pair, {"along", "from", "to", "factor", "unit"}}};
+      {"hump", pair, {"along", "from", "to", "factor", "unit"}},
+      {"callback", text, {}}};
   Json all = {quantity(key.unit)};
   for (const Form& form : forms) {
     Json properties = {{form.name, form.value}};

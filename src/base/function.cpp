@@ -178,16 +178,16 @@ class OfCoordinate final : public Function::Kind {
   Profile profile_;
 };
 
-class Callback final : public Function::Kind {
+class OfProgram final : public Function::Kind {
  public:
-  using Evaluate = std::function<void(const Arguments&, std::span<double>)>;
-  Callback(Evaluate f, Function::Dependence on) : Kind(on, {}), f_(std::move(f)) {}
-  void evaluate(const Arguments& args, std::span<double> out) const override { f_(args, out); }
-  std::string name() const override { return "a callback"; }
+  OfProgram(Function::Callback callback, const SourceLocation& location)
+      : Kind(callback.on, location), callback_(std::move(callback)) {}
+  void evaluate(const Arguments& args, std::span<double> out) const override { callback_.evaluate(args, out); }
+  std::string name() const override { return "the callback"; }
   Fault fault() const override { return Fault::numbers; }
 
  private:
-  Evaluate f_;
+  Function::Callback callback_;
 };
 
 /// Throws where a value is not finite.
@@ -253,8 +253,8 @@ Function Function::of_coordinate(char axis, Profile profile, const SourceLocatio
   return Function(std::make_shared<OfCoordinate>(axis, std::move(profile), location));
 }
 
-Function Function::callback(std::function<void(const Arguments&, std::span<double>)> f, Dependence on) {
-  return Function(std::make_shared<Callback>(std::move(f), on));
+Function Function::callback(Callback callback, const SourceLocation& location) {
+  return Function(std::make_shared<OfProgram>(std::move(callback), location));
 }
 
 Function Function::with_breaks(std::vector<double> times) const {

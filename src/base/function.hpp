@@ -55,11 +55,15 @@ class Function {
                          const SourceLocation& location = {});
   /// Of one coordinate: 'x', 'y', 'z' or 'r' = sqrt(x^2 + y^2).
   static Function of_coordinate(char axis, Profile profile, const SourceLocation& location = {});
-  /// For users of the library. `f` fills out[i] from the arguments; state what it depends on.
   struct Dependence {
     bool place = false, time = false, temperature = false;
   };
-  static Function callback(std::function<void(const Arguments&, std::span<double>)> f, Dependence on);
+  /// A function of a program that links the library.
+  struct Callback {
+    std::function<void(const Arguments&, std::span<double>)> evaluate;  ///< out[i] of the arguments, SI units
+    Dependence on;
+  };
+  static Function callback(Callback callback, const SourceLocation& location = {});
 
   bool depends_on_place() const;
   bool depends_on_time() const;

@@ -132,7 +132,8 @@ Override split_override(const std::string& text) {
 
 }  // namespace
 
-Case Case::read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides) {
+Case Case::read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides,
+                const Callbacks& callbacks) {
   constexpr std::size_t most_bytes = 1 << 26;  // tables of data belong in CSV files, and /dev/zero never ends
   std::ifstream in(path);
   std::string text(std::min<std::uintmax_t>(most_bytes + 1, 1 << 16), '\0');
@@ -147,11 +148,11 @@ Case Case::read(const std::string& path, const Schema& keys, const std::vector<s
   text.resize(size);
   if (!in.eof() || std::filesystem::is_directory(path))
     throw Error(Fault::file, SourceLocation{.file = path}, "the case cannot be read", "check the name of the file");
-  return parse(text, path, keys, overrides);
+  return parse(text, path, keys, overrides, callbacks);
 }
 
 Case Case::parse(const std::string& text, const std::string& name, const Schema& keys,
-                 const std::vector<std::string>& overrides) {
+                 const std::vector<std::string>& overrides, const Callbacks& callbacks) {
   const Value written = read_toml(text, name);
   const std::vector<std::string> variants = variant_names(written);
   const Value* all_variants = variants.empty() ? nullptr : written.find("variant");
@@ -181,6 +182,7 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
 
   auto context = std::make_shared<Context>();
   context->folder = std::filesystem::path(name).parent_path().string();
+  context->callbacks = callbacks;
   const auto check = [&](const Value& root) {
     context->parameters = read_parameters(root);
     context->lengths = read_lengths(root);

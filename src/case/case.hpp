@@ -66,15 +66,19 @@ class Table {
 
 struct Context;
 
+/// Functions of the program that reads a case, which the case names by { callback = "NAME" }.
+using Callbacks = std::map<std::string, Function::Callback>;
+
 class Case {
  public:
   /// Reads a case file and checks it against `keys` (schema() of app/schema.hpp has all of them). `overrides` are
   /// "key.path=value" as on the command line (value in TOML; a bare word is taken as a string). "variant=NAME" applies
   /// the [[variant]] of that name first. Throws Error.
-  static Case read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides = {});
+  static Case read(const std::string& path, const Schema& keys, const std::vector<std::string>& overrides = {},
+                   const Callbacks& callbacks = {});
   /// From text; `name` stands for the file in messages.
   static Case parse(const std::string& text, const std::string& name, const Schema& keys,
-                    const std::vector<std::string>& overrides = {});
+                    const std::vector<std::string>& overrides = {}, const Callbacks& callbacks = {});
 
   const Table& root() const { return root_; }
   Table section(const std::string& key) const { return root_.sub(key); }

@@ -314,6 +314,19 @@ Function read_law(const FunctionTable& parts, const Key& form) {
   return made(power_profile(interval, number, f0, f1));
 }
 
+Function read_callback(const FunctionTable& parts, const Context& context) {
+  const Value& written = *parts.table().find("callback");
+  const std::string name = read_text(written, {"callback", Kind::text, "", required, ""});
+  const auto found = context.callbacks.find(name);
+  if (found != context.callbacks.end()) return Function::callback(found->second, written.location);
+  std::vector<std::string> known;
+  for (const auto& [other, callback] : context.callbacks) known.push_back(other);
+  refuse_value(written, fmt::format("there is no callback '{}'", name),
+               known.empty() ? "callbacks are functions of a program that reads the case, such as one in Python by "
+                               "calor.core: the command has none"
+                             : fmt::format("the program gives {}", fmt::join(known, ", ")));
+}
+
 }  // namespace
 
 Function read_function(const Value& value, const Key& key, const Context& context) {
@@ -340,6 +353,7 @@ Function read_function(const Value& value, const Key& key, const Context& contex
   if (value.find("table")) return read_table({value, key, "table", table_keys}, context);
   if (value.find("file")) return read_table({value, key, "file", {"of", "along", "interpolation"}}, context);
   if (value.find("layers")) return read_layers({value, key, "layers", {"along", "thickness", "start", "unit"}});
+  if (value.find("callback")) return read_callback({value, key, "callback", {}}, context);
   refuse_value(
       value, fmt::format("'{}' is a table without formula, table, file, layers, power, exponential or hump", key.name),
       explained(key));

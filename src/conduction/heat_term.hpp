@@ -58,6 +58,7 @@ class Conduction : public HeatTerm {
  public:
   /// `location`: where it wants the conductivity.
   explicit Conduction(Location location) : location_(location) {}
+  Location location() const { return location_; }
   /// Where pairs that cross interfaces have their ends; null: there are none on any rank. It is location 1 then.
   virtual const QuadraturePoints* ends() const { return nullptr; }
 

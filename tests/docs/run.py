@@ -54,6 +54,8 @@ class Tutorials(unittest.TestCase):
     @unittest.skipUnless(HAS_NOTEBOOKS, "apt-get install python3-nbconvert python3-ipykernel")
     def test_the_notebooks_run_to_their_ends(self):
         notebooks = sorted((DOCS / "notebooks").glob("*.ipynb"))
+        if not (ROOT / "build/release/python").exists():  # calor.core
+            notebooks.remove(DOCS / "notebooks/core.ipynb")
         self.assertGreaterEqual(len(notebooks), 3)
         with tempfile.TemporaryDirectory() as folder:
             done = subprocess.run([sys.executable, "-m", "nbconvert", "--to", "notebook", "--execute", "--output-dir",

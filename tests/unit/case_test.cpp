@@ -441,6 +441,25 @@ conductivity = { file = "q.csv" }
   EXPECT_DOUBLE_EQ(materials.sub("b").function("conductivity")({}, 30, 0), 1.5);
 }
 
+TEST(CaseFunction, IsOneOfTheProgramThatReadsTheCase) {
+  const Function::Callback twice{.evaluate =
+                                     [](const Arguments& args, std::span<double> out) {
+                                       for (std::size_t i = 0; i < out.size(); ++i) out[i] = 2 * args.T[i];
+                                     },
+                                 .on = {.temperature = true}};
+  const std::string text = "title = \"A\"\n[cloud]\n[material.a]\nconductivity = { callback = \"twice T\" }\n";
+  const Case c = Case::parse(text, "a.toml", keys(), {}, {{"twice T", twice}});
+  const Function k = c.section("material").sub("a").function("conductivity");
+  EXPECT_EQ(k({}, 0, 150), 300);
+  EXPECT_TRUE(k.depends_on_temperature());
+  EXPECT_FALSE(k.depends_on_place() || k.depends_on_time());
+  EXPECT_EQ(k.location().line, 4);
+  EXPECT_EQ(error_of([&] {
+              Case::parse(text, "a.toml", keys(), {}, {{"thrice", twice}});
+            }).cure(),
+            "the program gives thrice");
+}
+
 TEST(CaseFunction, IsConstantInLayers) {
   const Function k = conductivity(
       "{ layers = [1, 2], along = \"z\", thickness = [\"1 mm\", \"2 mm\"], start = \"1 mm\", unit = \"W/(m K)\" }");

@@ -220,11 +220,12 @@ TEST(Function, OfLayersIsConstantInEachAndTheMeanBetweenTwo) {
 }
 
 TEST(Function, OfACallbackIsFilledByIt) {
-  const Function f = Function::callback(
-      [](const Arguments& args, std::span<double> out) {
-        for (std::size_t i = 0; i < out.size(); ++i) out[i] = args.x[i].x * args.T[i] * args.T[i];
-      },
-      {.place = true, .temperature = true});
+  const Function f = Function::callback({.evaluate =
+                                             [](const Arguments& args, std::span<double> out) {
+                                               for (std::size_t i = 0; i < out.size(); ++i)
+                                                 out[i] = args.x[i].x * args.T[i] * args.T[i];
+                                             },
+                                         .on = {.place = true, .temperature = true}});
   EXPECT_EQ(f({2, 0, 0}, 0, 3), 18);
   std::vector<double> slope(1);
   f.derivative({.x = std::vector<Vec3>{{2, 0, 0}}, .T = std::vector{3.0}}, slope);
