@@ -311,6 +311,8 @@ class Material:
         """Lowest and highest temperature for which the values are good, K."""
         self.sources: dict[str, str] = self._material.sources
         """Where every property comes from."""
+        self.melting: tuple[float, float, float] | None = self._material.melting
+        """Heat of melting, J/kg, and the temperatures between which it is taken up, K; None: it is not known to melt."""
 
     def conductivity(self, T: ArrayLike) -> Floats:
         """W/(m K) at temperatures in K, in an array of the same shape."""

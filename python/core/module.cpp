@@ -67,7 +67,15 @@ void add_materials(py::module_& m) {
                                all["conductivity"] = e.material().conductivity.source;
                                all["density"] = e.material().density.source;
                                all["specific_heat"] = e.material().specific_heat.source;
+                               if (e.material().melting) all["melting"] = e.material().melting->source;
                                return all;
+                             })
+      .def_property_readonly("melting",
+                             [](const LibraryEntry& e) -> py::object {
+                               const auto& melting = e.material().melting;
+                               if (!melting) return py::none();
+                               return py::make_tuple(melting->latent.heat, melting->latent.solidus,
+                                                     melting->latent.liquidus);
                              })
       .def("conductivity", &LibraryEntry::conductivity)
       .def("density", &LibraryEntry::density)

@@ -212,8 +212,12 @@ std::string material_table() {
     const auto value = [](const char* name, const LibraryValue& v) {
       return fmt::format("{} {}{}{} ({})", name, v.value, v.unit.empty() ? "" : " ", v.unit, v.source);
     };
-    text += fmt::format("| {} | {}; {}; {}; good for {:g} to {:g} K |\n", m.name, value("k", m.conductivity),
-                        value("rho", m.density), value("c", m.specific_heat), m.low, m.high);
+    text += fmt::format("| {} | {}; {}; {}; ", m.name, value("k", m.conductivity), value("rho", m.density),
+                        value("c", m.specific_heat));
+    if (m.melting)
+      text += fmt::format("melts from {:g} to {:g} K, {:g} J/kg ({}); ", m.melting->latent.solidus,
+                          m.melting->latent.liquidus, m.melting->latent.heat, m.melting->source);
+    text += fmt::format("good for {:g} to {:g} K |\n", m.low, m.high);
   }
   return text;
 }

@@ -49,7 +49,8 @@ Function to_function(const LibraryValue& v, const std::string& si) {
 SimpleProperties LibraryMaterial::properties() const {
   return {.conductivity = to_function(conductivity, "W/(m K)"),
           .density = to_function(density, "kg/m^3"),
-          .specific_heat = to_function(specific_heat, "J/(kg K)")};
+          .specific_heat = to_function(specific_heat, "J/(kg K)"),
+          .latent = melting ? std::optional(melting->latent) : std::nullopt};
 }
 
 const std::vector<LibraryMaterial>& material_library() {
@@ -60,7 +61,10 @@ const std::vector<LibraryMaterial>& material_library() {
   static const std::string special_metals = "Special Metals, Inconel alloy 625 (SMC-063)",
                            snead = "Snead et al., J. Nucl. Mater. 371 (2007) 329, high-purity beta SiC, dense",
                            kim = "Kim, ANL-75-55 (1975), type 316", fink = "Fink, J. Nucl. Mater. 279 (2000) 1";
-  static const std::string crc = "CRC Handbook of Chemistry and Physics, section 6, properties of ice";
+  static const std::string crc = "CRC Handbook of Chemistry and Physics, section 6, properties of ice",
+                           crc_water = crc + " and of water from 0 to 100 degC";
+  static const std::string iso = "ISO 10456:2007, gypsum plasterboard of 900 kg/m^3",
+                           sae = "eFunda, SAE 1045; within 5 % of Holman, Heat Transfer, table A-2, 0.5 % C";
   static const std::string mills =
                                "Mills, Recommended Values of Thermophysical Properties for Selected Commercial "
                                "Alloys (2002), Ti-6Al-4V",
@@ -147,6 +151,44 @@ const std::vector<LibraryMaterial>& material_library() {
        {"table from -20 to 0 degC: 1960 to 2110", "J/(kg K)", crc, nullptr, {{-20, 1960}, {-10, 2030}, {0, 2110}}},
        253,
        273},
+      {"water and ice",
+       {"table from -20 to 50 degC: 2.4 to 2.14 of ice, 0.561 to 0.6435 of water",
+        "W/(m K)",
+        crc_water,
+        nullptr,
+        {{-20, 2.4},
+         {-10, 2.3},
+         {-0.5, 2.14},
+         {0.5, 0.561},
+         {10, 0.58},
+         {20, 0.5984},
+         {30, 0.6154},
+         {40, 0.6305},
+         {50, 0.6435}}},
+       {"917 kg/m^3", "", crc + ", ice of 0 degC: cells hold the same mass before and after"},
+       {"table from -20 to 50 degC: 1960 to 2110 of ice, 4217.6 to 4180.6 of water",
+        "J/(kg K)",
+        crc_water,
+        nullptr,
+        {{-20, 1960},
+         {-10, 2030},
+         {-0.5, 2110},
+         {0.5, 4217.6},
+         {10, 4192.1},
+         {20, 4181.8},
+         {30, 4178.4},
+         {40, 4178.5},
+         {50, 4180.6}}},
+       253,
+       323,
+       LibraryMelting{{.heat = 333.6e3, .solidus = 272.65, .liquidus = 273.65}, crc}},
+      {"gypsum plasterboard",
+       {"0.25 W/(m K)", "", iso},
+       {"900 kg/m^3", "", iso},
+       {"1000 J/(kg K)", "", iso + "; the heat that takes its water out does not count"},
+       273,
+       323},
+      {"AISI 1045", {"50.9 W/(m K)", "", sae}, {"7872 kg/m^3", "", sae}, {"486 J/(kg K)", "", sae}, 273, 373},
       {"alumina",
        {"5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", "W/(m K)",
         "Munro, J. Am. Ceram. Soc. 80 (1997) 1919: 5.85 + 15360 exp(-0.002 t)/(t + 516), t in degC, to 1300 degC"},

@@ -1,5 +1,6 @@
 #pragma once
 // The built-in materials. Every value carries its source.
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,10 +19,16 @@ struct LibraryValue {
   std::vector<std::pair<double, double>> table = {};  ///< temperature in degC, value in SI units
 };
 
+struct LibraryMelting {
+  LatentHeat latent;
+  std::string source;
+};
+
 struct LibraryMaterial {
   std::string name;
   LibraryValue conductivity, density, specific_heat;
   double low, high;  ///< temperatures for which these values are good, K
+  std::optional<LibraryMelting> melting = {};
 
   SimpleProperties properties() const;
 };

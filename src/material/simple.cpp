@@ -213,9 +213,11 @@ std::unique_ptr<Material> make_simple_material(const std::string& name, SimplePr
 
 std::unique_ptr<Material> read_simple_material(const std::string& name, const Table& table, bool transient) {
   std::optional<Function> k, rho, c;
+  std::optional<LatentHeat> latent = latent_heat(table);
   if (table.has("library")) {
     const SimpleProperties p = find_in_library(table.text("library"))->properties();
     k = p.conductivity, rho = p.density, c = p.specific_heat;
+    if (!latent) latent = p.latent;
   }
   if (table.has("conductivity")) k = table.function("conductivity");
   if (table.has("density")) rho = table.function("density");
@@ -227,7 +229,7 @@ std::unique_ptr<Material> read_simple_material(const std::string& name, const Ta
     if (transient && !*value)
       table.refuse("", fmt::format("[{}] has no {}, which a case with [time] needs", table.path(), key),
                    fmt::format("add {} = \"... {}\"", key, unit));
-  return make_simple_material(name, {*k, rho, c, latent_heat(table), read_anisotropy(table)});
+  return make_simple_material(name, {*k, rho, c, latent, read_anisotropy(table)});
 }
 
 std::vector<Key> simple_keys() {

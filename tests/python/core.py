@@ -244,6 +244,8 @@ class Library(unittest.TestCase):
         self.assertEqual(alumina.specific_heat([[300, 400, 500], [600, 700, 800]]).shape, (2, 3))
         self.assertIn("Munro", alumina.sources["conductivity"])
         self.assertEqual(alumina.range, (298, 1573))
+        self.assertIsNone(alumina.melting)
+        self.assertEqual(core.material("water and ice").melting, (333.6e3, 272.65, 273.65))
         with self.assertRaisesRegex(CalorError, "no material 'alumnia': it has .*alumina"):
             core.material("alumnia")
 

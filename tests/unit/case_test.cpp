@@ -693,8 +693,7 @@ TEST(CaseJson, HoldsTheWholeCaseWithItsDefaults) {
       with("").json(),
       "{\"title\": \"A case\", \"cloud\": {\"shape\": \"box\", \"thickness\": \"1 m\", \"jitter\": 0}, \"material\": "
       "{\"steel\": {\"conductivity\": \"50 W/(m K)\", \"porosity\": 0, \"note\": \"\"}}, \"method\": \"sph\", "
-      "\"output\": {\"fields\": true, \"samples\": 200, \"checkpoint\": \"10 min\", \"temperature\": \"K\"}, \"sph\": "
-      "{\"smoothing\": 1.2}}");
+      "\"sph\": {\"smoothing\": 1.2}}");
 }
 
 TEST(CaseJson, HoldsListsAndTables) {

@@ -74,6 +74,19 @@ TEST(MaterialLibrary, GivesTheValuesOfItsSourcesAtSingleTemperatures) {
   }
 }
 
+TEST(MaterialLibrary, MeltsIceByItsLatentHeat) {
+  const SimpleProperties p = find_in_library("water and ice")->properties();
+  EXPECT_DOUBLE_EQ(p.conductivity({}, 0, 272), 2.14 + (2.3 - 2.14) * 0.65 / 9.5);
+  EXPECT_DOUBLE_EQ(p.conductivity({}, 0, 283.15), 0.58);
+  // From -0.5 to 0.5 degC: 333.6 kJ/kg, and the mean of both specific heats over 1 K.
+  const auto material = make_simple_material("water and ice", p);
+  const std::vector<Vec3> x(2);
+  const auto properties = material->at(x, {.low = 250, .high = 320, .reference = 260});
+  std::vector<double> H(2);
+  properties->enthalpy(0, std::vector{272.65, 273.65}, H, {});
+  EXPECT_NEAR(H[1] - H[0], 917 * (333.6e3 + 0.5 * (2110 + 4217.6)), 1e-6 * H[1]);
+}
+
 // ---- cases ----------------------------------------------------------------------------------------------------------
 
 /// A lattice of 5 x 3 points in 4 m x 2 m.
