@@ -210,11 +210,15 @@ Array CaseModel::march(const std::vector<double>& times) const {
     if (!times.empty() && event > 0 && event < times.back()) stops.insert(event);
   State state = start_;
   const std::unique_ptr<Integrator> integrator = make_integrator(case_, system(), state);
+  const auto go_on = [](const State&) {  // unless somebody has pressed Ctrl-C
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    return true;
+  };
   std::vector<std::vector<double>> rows;
   auto next = times.begin();
   for (const double stop : stops) {
     system().apply(state.t * (1 + 1e-12));
-    if (stop > state.t) integrator->advance(system(), state, stop, [](const State&) { return true; });
+    if (stop > state.t) integrator->advance(system(), state, stop, go_on);
     const std::vector<double> T = system().temperatures(state.T);
     for (; next != times.end() && *next == stop; ++next) rows.push_back(T);
   }

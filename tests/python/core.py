@@ -6,6 +6,7 @@
 Without python3-numpy and python3-scipy of Debian, and where calor.core has not been built, it ends with code 77: skipped."""
 import os
 import pathlib
+import signal
 import subprocess
 import sys
 import tempfile
@@ -230,6 +231,8 @@ class Laws(InAFolder):
             solve(lambda temperature: temperature)
         with self.assertRaisesRegex(ZeroDivisionError, "division"):
             solve(lambda T: 1 / 0)
+        with self.assertRaises(KeyboardInterrupt):
+            core.run(STEADY, {"material.steel.conductivity": lambda T: signal.raise_signal(signal.SIGINT)})
         with self.assertRaisesRegex(CaseError, "there is no callback 'k'.*the program gives q"):
             core.Model(STEADY, {"material.steel.conductivity": {"callback": "k"}}, functions={"q": lambda: 1.0})
         with self.assertRaisesRegex(CaseError, "the command has none"):
