@@ -69,7 +69,7 @@ first + (last - first) (e^(B s) - 1)/(e^B - 1), both with `values = [first, last
 
 Layers lie on top of each other along an axis from `start` upwards; `thickness` is one for all or one a layer.
 
-A callback is a function of the program that reads the case, in SI units, such as one in Python ([core.md](core.md)); the command has none.
+A callback is a function of the program that reads the case, in SI units, such as one in Python (docs/core.md); the command has none.
 
 ## Variants and changes
 
