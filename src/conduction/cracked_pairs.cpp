@@ -263,9 +263,14 @@ PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Crack
   return PairConduction(cloud, parts, std::move(neighbours), std::move(G), std::move(bonds));
 }
 
-MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Support& support,
+bool has_images(const Case& c, const Cloud& cloud, const Parts& parts) {
+  return !cloud.points_on_walls && !cloud.walls.empty() && !cloud.axisymmetric && !has_cracks(c) &&
+         (!cloud.lattice || parts.count() == 1);
+}
+
+MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Parts& parts, const Support& support,
                                       const Conditions& conditions, bool insulated_too) {
-  if (has_cracks(c)) return {find_neighbours(cloud, support)};
+  if (!has_images(c, cloud, parts)) return {find_neighbours(cloud, support)};
   return find_mirrored_neighbours(cloud, support, conditions, insulated_too);
 }
 
@@ -282,7 +287,8 @@ Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts
   const auto cut = total(cloud.comm, static_cast<std::int64_t>(before) - pairs->rows().entries());
   report["cut_pairs"] = 0.5 * static_cast<double>(cut);
   report["points_on_cracks"] = static_cast<double>(cracks.moved());
-  Discretisation discretisation = nodal_discretisation(cloud, conditions, std::move(pairs));
+  Discretisation discretisation = nodal_discretisation(cloud, conditions, std::move(pairs), {}, nullptr,
+                                                       layers_before_walls(cloud, parts, directions.of_parts));
   if (cracks.moved() > 0)
     discretisation.notes.push_back(fmt::format(
         "{} point{} on a crack taken to lie beside it, 1e-3 spacings to the left of its direction (in 3D: where "

@@ -22,9 +22,11 @@ namespace calor {
 PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Cracks& cracks, Neighbours neighbours,
                              std::vector<double> G, CorrectionReport& report);
 
-/// find_mirrored_neighbours of a body without [[crack]] entries; with them no images, as a crack would end at its own.
-/// Walls off the points are in series with the way to them then. Collective; throws Error.
-MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Support& support,
+/// Do images lie beyond walls off the points? Not where a crack would end at its own, nor where walls cut through the
+/// parts of a lattice: there walls are in series with the way to them.
+bool has_images(const Case& c, const Cloud& cloud, const Parts& parts);
+/// find_mirrored_neighbours, or without images. Collective; throws Error.
+MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const Parts& parts, const Support& support,
                                       const Conditions& conditions, bool insulated_too);
 
 /// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries

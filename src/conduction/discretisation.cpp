@@ -13,16 +13,21 @@ namespace calor {
 
 Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& conditions,
                                     std::unique_ptr<Conduction> conduction,
-                                    std::vector<std::unique_ptr<HeatTerm>> walls,
-                                    std::unique_ptr<Constraint> massless) {
+                                    std::vector<std::unique_ptr<HeatTerm>> walls, std::unique_ptr<Constraint> massless,
+                                    std::unique_ptr<WallLayers> layers) {
   std::vector<double> volume(cloud.volume.begin(), cloud.volume.begin() + cloud.owned);
   if (massless)
     for (const int i : massless->points()) volume[i] = 0;
   Discretisation d;
   if (conduction->ends()) d.locations.push_back(conduction->ends());
+  if (layers) {
+    d.locations.push_back(&layers->ends());
+    layers->location = static_cast<Location>(d.locations.size());
+  }
+  d.wall_layers = std::move(layers);
   d.conduction = std::move(conduction), d.walls = std::move(walls);
   if (!cloud.points_on_walls && d.walls.empty() && !conditions.temperatures.empty())  // no images hold them
-    d.walls.push_back(std::make_unique<SeriesWalls>(cloud, conditions.temperatures));
+    d.walls.push_back(std::make_unique<SeriesWalls>(cloud, conditions.temperatures, d.wall_layers.get()));
   d.dofs = std::make_unique<Dofs>(cloud);
   d.capacity = std::make_unique<LumpedCapacity>(std::move(volume));
   if (auto prescribed = prescribed_points(cloud, conditions.temperatures, *d.dofs, *d.capacity))

@@ -12,6 +12,7 @@
 #include "conduction/constraint.hpp"
 #include "conduction/dofs.hpp"
 #include "conduction/heat_term.hpp"
+#include "conduction/wall_layers.hpp"
 
 namespace calor {
 
@@ -19,6 +20,7 @@ struct Discretisation {
   std::unique_ptr<Conduction> conduction;        ///< between the points
   std::vector<std::unique_ptr<HeatTerm>> walls;  ///< heat through walls of prescribed temperature that no point holds
   std::vector<std::unique_ptr<Constraint>> constraints;  ///< in the order in which they are imposed
+  std::unique_ptr<WallLayers> wall_layers;               ///< between points and walls; null: a point's own part alone
   std::unique_ptr<Dofs> dofs;
   std::unique_ptr<Capacity> capacity;
   /// Where properties are wanted besides the nodes: these are the locations 1, 2, ... of an Evaluation.
@@ -31,11 +33,12 @@ struct Discretisation {
 };
 
 /// For methods whose degrees of freedom are the temperatures of points that hold the heat of their cells: adds to
-/// their conduction what is the same for all. `massless`: rows of points that hold no heat, or null. Collective.
+/// their conduction what is the same for all. `massless`: rows of points that hold no heat, or null; `layers`: see
+/// Discretisation. Collective.
 Discretisation nodal_discretisation(const Cloud& cloud, const Conditions& conditions,
                                     std::unique_ptr<Conduction> conduction,
                                     std::vector<std::unique_ptr<HeatTerm>> walls = {},
-                                    std::unique_ptr<Constraint> massless = {});
+                                    std::unique_ptr<Constraint> massless = {}, std::unique_ptr<WallLayers> layers = {});
 
 /// A note where the conductivities of neighbours in one part differ by more than a factor of 3: a formula that jumps,
 /// at an interface that nobody knows of. `T` of the owned points, K. Collective.

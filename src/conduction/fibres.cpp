@@ -19,25 +19,30 @@ struct Extent {
   double width() const { return high - low; }
 };
 
-std::vector<Extent> face_of(const Lattice& lattice, int dimension, const LatticeIndex& a, const LatticeIndex& b) {
+/// From one place to another, and the face that heat between them runs through: the extents of cells across its axes.
+struct Way {
+  Parts::Segment line;
+  int part_a, part_b;  ///< that the temperatures at its ends are of; -1: of a wall, all
   std::vector<Extent> face;
-  for (int axis = 0; axis < dimension; ++axis) {
-    if (a[axis] != b[axis]) continue;
-    const auto [low, high] = lattice.cell(axis, a[axis]);
-    face.push_back({axis, low, high, lattice.coordinate(axis, a[axis])});
+};
+
+std::vector<Extent> face_of(const Lattice& lattice, const LatticeIndex& cell, std::span<const int> axes) {
+  std::vector<Extent> face;
+  for (const int axis : axes) {
+    const auto [low, high] = lattice.cell(axis, cell[axis]);
+    face.push_back({axis, low, high, lattice.coordinate(axis, cell[axis])});
   }
   return face;
 }
 
 /// Lines along one axis of the face, a quarter of the way behind either point and in the middle of both halves of the
 /// other axis: where the points lie themselves, an interface may run along the line.
-void add_lines(const Cloud& cloud, std::pair<std::int32_t, std::int32_t> pair, std::span<const Extent> face,
-               std::size_t along, std::vector<Parts::Segment>& lines) {
-  const auto [a, b] = pair;
-  const Extent& e = face[along];
+void add_lines(const Way& way, std::size_t along, std::vector<Parts::Segment>& lines) {
+  const Extent& e = way.face[along];
+  const Parts::Segment& line = way.line;
   std::vector<Vec3> start;
-  for (const double part : {0.25, 0.75}) start.push_back(cloud.x[a] + part * (cloud.x[b] - cloud.x[a]));
-  for (const Extent& other : face) {
+  for (const double part : {0.25, 0.75}) start.push_back(line.a + part * (line.b - line.a));
+  for (const Extent& other : way.face) {
     if (other.axis == e.axis) continue;
     const std::vector<Vec3> in_the_middle = std::move(start);
     start.clear();
@@ -52,7 +57,7 @@ void add_lines(const Cloud& cloud, std::pair<std::int32_t, std::int32_t> pair, s
   for (std::size_t n = 0; n < start.size(); ++n) {
     Vec3 low = start[n], high = start[n];
     low[e.axis] = e.low + round_off * e.width(), high[e.axis] = e.high - round_off * e.width();
-    const int tag = cloud.tag[2 * n < start.size() ? a : b];
+    const int tag = 2 * n < start.size() ? line.tag_a : line.tag_b;
     lines.push_back({low, high, tag, tag});
   }
 }
@@ -97,26 +102,22 @@ std::vector<Piece> rectangles(const Cloud& cloud, std::span<const Extent> face,
   return out;
 }
 
-/// Those of every pair.
-std::vector<std::vector<Piece>> cut_faces(const Cloud& cloud, const Parts& parts,
-                                          std::span<const std::pair<std::int32_t, std::int32_t>> pairs) {
-  std::vector<std::vector<Extent>> face;
+/// Those of every way.
+std::vector<std::vector<Piece>> cut_faces(const Cloud& cloud, const Parts& parts, std::span<const Way> ways) {
   std::vector<Parts::Segment> lines;
   std::vector<std::size_t> end;  // of the lines along every axis of every face
-  for (const auto& pair : pairs) {
-    face.push_back(face_of(*cloud.lattice, cloud.dimension, cloud.lattice->index(cloud.id[pair.first]),
-                           cloud.lattice->index(cloud.id[pair.second])));
-    for (std::size_t along = 0; along < face.back().size(); ++along) {
-      add_lines(cloud, pair, face.back(), along, lines);
+  for (const Way& way : ways) {
+    for (std::size_t along = 0; along < way.face.size(); ++along) {
+      add_lines(way, along, lines);
       end.push_back(lines.size());
     }
   }
   const Parts::Pieces pieces = parts.along(lines);
   std::vector<std::vector<Piece>> out;
   std::size_t line = 0, axis = 0;
-  for (std::size_t n = 0; n < pairs.size(); ++n) {
+  for (const Way& way : ways) {
     std::vector<std::vector<std::pair<double, double>>> cuts;
-    for (const Extent& e : face[n]) {
+    for (const Extent& e : way.face) {
       std::vector<double> changes;
       for (; line < end[axis]; ++line)
         for (const SegmentPiece& p : pieces.of(line).first(pieces.of(line).size() - 1))
@@ -124,7 +125,7 @@ std::vector<std::vector<Piece>> cut_faces(const Cloud& cloud, const Parts& parts
       ++axis;
       cuts.push_back(slices(e, std::move(changes)));
     }
-    out.push_back(rectangles(cloud, face[n], cuts));
+    out.push_back(rectangles(cloud, way.face, cuts));
   }
   return out;
 }
@@ -133,6 +134,39 @@ bool are_alike(std::span<const SegmentPiece> a, std::span<const SegmentPiece> b)
   return std::ranges::equal(a, b, [](const SegmentPiece& p, const SegmentPiece& q) {
     return p.part == q.part && std::abs(p.end - q.end) < round_off;
   });
+}
+
+std::vector<std::vector<Fibre>> fibres_of(const Cloud& cloud, const Parts& parts, std::span<const Way> ways) {
+  const auto faces = cut_faces(cloud, parts, ways);
+  std::vector<Parts::Segment> segments;  // of every way its line, then its rectangles
+  for (std::size_t n = 0; n < ways.size(); ++n) {
+    const Parts::Segment& line = ways[n].line;
+    segments.push_back(line);
+    for (const Piece& piece : faces[n])
+      segments.push_back({line.a + piece.offset, line.b + piece.offset, line.tag_a, line.tag_b});
+  }
+  const Parts::Pieces pieces = parts.along(segments);
+  std::vector<std::vector<Fibre>> out(ways.size());
+  std::size_t s = 0;
+  for (std::size_t n = 0; n < ways.size(); ++n) {
+    const std::size_t line = s++;
+    const auto is_apart_from = [&](int part, int at) { return part >= 0 && parts.contact(part, at); };
+    for (const Piece& piece : faces[n]) {
+      const auto at = pieces.of(s);
+      const bool is_apart =
+          is_apart_from(ways[n].part_a, at.front().part) || is_apart_from(ways[n].part_b, at.back().part);
+      const std::size_t from = is_apart ? line : s;
+      ++s;
+      const auto run = pieces.of(from);
+      const auto alike = std::ranges::find_if(out[n], [&](const Fibre& f) { return are_alike(f.run, run); });
+      if (alike == out[n].end())
+        out[n].push_back({segments[from], {run.begin(), run.end()}, piece.share});
+      else
+        alike->share += piece.share;
+    }
+    if (out[n].size() == 1) out[n][0].share = 1;  // heat straight across layers runs as along the line
+  }
+  return out;
 }
 
 }  // namespace
@@ -163,35 +197,34 @@ std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts) {
 std::vector<std::vector<Fibre>> fibres(const Cloud& cloud, const Parts& parts,
                                        std::span<const std::pair<std::int32_t, std::int32_t>> pairs) {
   const std::vector<int> own = parts.at(cloud.x, cloud.tag);
-  const auto faces = cut_faces(cloud, parts, pairs);
-  std::vector<Parts::Segment> segments;  // of every pair the line between its points, then its rectangles
-  for (std::size_t n = 0; n < pairs.size(); ++n) {
-    const auto [a, b] = pairs[n];
-    segments.push_back({cloud.x[a], cloud.x[b], cloud.tag[a], cloud.tag[b]});
-    for (const Piece& piece : faces[n])
-      segments.push_back({cloud.x[a] + piece.offset, cloud.x[b] + piece.offset, cloud.tag[a], cloud.tag[b]});
+  std::vector<Way> ways;
+  for (const auto& [a, b] : pairs) {
+    const LatticeIndex cell = cloud.lattice->index(cloud.id[a]), other = cloud.lattice->index(cloud.id[b]);
+    std::vector<int> axes;  // on which the points do not differ
+    for (int axis = 0; axis < cloud.dimension; ++axis)
+      if (cell[axis] == other[axis]) axes.push_back(axis);
+    ways.push_back(
+        {{cloud.x[a], cloud.x[b], cloud.tag[a], cloud.tag[b]}, own[a], own[b], face_of(*cloud.lattice, cell, axes)});
   }
-  const Parts::Pieces pieces = parts.along(segments);
-  std::vector<std::vector<Fibre>> out(pairs.size());
-  std::size_t s = 0;
-  for (std::size_t n = 0; n < pairs.size(); ++n) {
-    const auto [a, b] = pairs[n];
-    const std::size_t line = s++;
-    for (const Piece& piece : faces[n]) {
-      const auto at = pieces.of(s);
-      const bool is_apart = parts.contact(own[a], at.front().part) || parts.contact(own[b], at.back().part);
-      const std::size_t from = is_apart ? line : s;
-      ++s;
-      const auto run = pieces.of(from);
-      const auto alike = std::ranges::find_if(out[n], [&](const Fibre& f) { return are_alike(f.run, run); });
-      if (alike == out[n].end())
-        out[n].push_back({segments[from], {run.begin(), run.end()}, piece.share});
-      else
-        alike->share += piece.share;
-    }
-    if (out[n].size() == 1) out[n][0].share = 1;  // heat straight across layers runs as along the line
+  return fibres_of(cloud, parts, ways);
+}
+
+std::vector<std::vector<Fibre>> fibres_to_walls(const Cloud& cloud, const Parts& parts) {
+  const std::vector<int> own = parts.at(cloud.x, cloud.tag);
+  std::vector<Way> ways;
+  for (const Facet& facet : cloud.facets) {
+    const int i = facet.point;
+    Vec3 wall = cloud.x[i];
+    wall[facet.face / 2] = cloud.walls[facet.face];
+    std::vector<int> axes;
+    for (int axis = 0; axis < cloud.dimension; ++axis)
+      if (axis != facet.face / 2) axes.push_back(axis);
+    ways.push_back({{cloud.x[i], wall, cloud.tag[i], cloud.tag[i]},
+                    own[i],
+                    -1,
+                    face_of(*cloud.lattice, cloud.lattice->index(cloud.id[i]), axes)});
   }
-  return out;
+  return fibres_of(cloud, parts, ways);
 }
 
 }  // namespace calor

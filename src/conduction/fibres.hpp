@@ -29,4 +29,7 @@ std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts);
 std::vector<std::vector<Fibre>> fibres(const Cloud& cloud, const Parts& parts,
                                        std::span<const std::pair<std::int32_t, std::int32_t>> pairs);
 
+/// Those between the points of a lattice in the middle of cells and the facets of Cloud::facets before them.
+std::vector<std::vector<Fibre>> fibres_to_walls(const Cloud& cloud, const Parts& parts);
+
 }  // namespace calor

@@ -233,7 +233,8 @@ Discretisation pair_discretisation(const Cloud& cloud, const Parts& parts, const
       fold_images(cloud, parts, std::move(mirrored), std::move(G), layers, conditions.temperatures, directions);
   std::vector<std::unique_ptr<HeatTerm>> walls;
   if (terms.images) walls.push_back(std::move(terms.images));
-  return nodal_discretisation(cloud, conditions, std::move(terms.pairs), std::move(walls));
+  return nodal_discretisation(cloud, conditions, std::move(terms.pairs), std::move(walls), nullptr,
+                              layers_before_walls(cloud, parts, directions.of_parts));
 }
 
 }  // namespace calor

@@ -46,9 +46,9 @@ MlpgOptions options_of(const Table& table, int dimension, bool regular) {
   return o;
 }
 
-void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptions& o) {
+void refuse_what_does_not_fit(const Case& c, const Cloud& cloud, const MlpgOptions& o, bool between_points = false) {
   const Table body = c.section("cloud");
-  if (!cloud.points_on_walls && !cloud.walls.empty() && !has_cracks(c))
+  if (!cloud.points_on_walls && !cloud.walls.empty() && !between_points)
     body.refuse(body.has("at") ? "at" : "", "mlpg needs points on the walls, and the cloud has none",
                 "use at = \"walls\"");
   if (!cloud.has_areas)
@@ -236,7 +236,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
                  "leave it out, or take flux = \"edge-stabilised\"");
   if (is_broken || (parts.count() > 1 && asked.empty())) {
     o.flux = MlpgFlux::edge_stabilised;
-    refuse_what_does_not_fit(c, cloud, o);
+    refuse_what_does_not_fit(c, cloud, o, true);
     return between_parts(c, cloud, conditions, material, report);
   }
   if (!material.is_isotropic() && parts.count() > 1)

@@ -65,8 +65,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   const Table table = c.section("peridynamics");
   const bool has_fluxes = any(
       cloud.comm, std::ranges::any_of(conditions.fluxes, [](const SurfaceTerm& term) { return !term.facet.empty(); }));
-  const bool has_images = !cloud.points_on_walls && !cloud.axisymmetric && !has_cracks(c);
-  const Peridynamics options = options_of(table, cloud.lattice && has_images && (!has_fluxes || is_paper(table)));
+  const bool in_cells = cloud.lattice && has_images(c, cloud, material.parts());
+  const Peridynamics options = options_of(table, in_cells && (!has_fluxes || is_paper(table)));
   const Layers layers = table.text("fictitious_layers") == "odd" ? Layers::odd : Layers::constant;
   if (is_paper(table) && has_cracks(c))
     table.refuse("correction", "correction = \"paper\" knows no cracks", "use correction = \"consistent\"");
@@ -83,7 +83,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     table.refuse("correction", "correction = \"paper\" knows no anisotropy", "use correction = \"consistent\"");
   const PairDirections directions = pair_directions(c, cloud, material, true);
   MirroredNeighbours mirrored =
-      neighbours_of_body(c, cloud, options.support(), conditions, table.text("insulated") == "even");
+      neighbours_of_body(c, cloud, material.parts(), options.support(), conditions, table.text("insulated") == "even");
   count_pairs(cloud, mirrored.neighbours, report);
   if (is_paper(table)) {
     auto G = bond_weights(cloud, mirrored.neighbours, options);

@@ -84,7 +84,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   const bool one_layer = !options.has("smoothing") || is_one_layer(options.number("smoothing"));
   const PairDirections directions = pair_directions(c, cloud, material, one_layer);
   const double smoothing = smoothing_of(options, cloud.lattice && !directions.in_weights);
-  MirroredNeighbours mirrored = neighbours_of_body(c, cloud, sph_support(smoothing), conditions, true);
+  MirroredNeighbours mirrored =
+      neighbours_of_body(c, cloud, material.parts(), sph_support(smoothing), conditions, true);
   count_pairs(cloud, mirrored.neighbours, report);
   report["smoothing"] = smoothing;
   if (paper) return paper_scheme(cloud, material.parts(), conditions, std::move(mirrored.neighbours), smoothing);

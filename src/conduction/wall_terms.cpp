@@ -85,17 +85,18 @@ void ImageConduction::add_row_sums(Evaluation& at, std::span<double> sums) {
   }
 }
 
-SeriesWalls::SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures)
-    : temperatures_(temperatures) {
+SeriesWalls::SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures, const WallLayers* layers)
+    : temperatures_(temperatures), layers_(layers) {
   for (const PrescribedTerm& term : temperatures) {
-    std::vector<int>& point = point_.emplace_back();
-    std::vector<double>& ratio = area_over_depth_.emplace_back();
+    std::vector<Wall>& walls = walls_.emplace_back();
     for (std::size_t n = 0; n < term.facet.size(); ++n) {
       const Facet& facet = cloud.facets[term.facet[n]];
-      point.push_back(facet.point);
-      ratio.push_back(term.share[n] * facet.area / wall_distance(cloud, facet));
+      walls.push_back({.point = facet.point,
+                       .facet = term.facet[n],
+                       .share = term.share[n],
+                       .area_over_depth = term.share[n] * facet.area / wall_distance(cloud, facet)});
     }
-    has_walls_ = has_walls_ || !point.empty();
+    has_walls_ = has_walls_ || !walls.empty();
   }
 }
 
@@ -105,30 +106,30 @@ void SeriesWalls::for_each_facet(double t, const Use& use) {
     const PrescribedTerm& term = temperatures_[m];
     T_wall_.resize(term.x.size());
     term.temperature.evaluate({.x = term.x, .t = t}, T_wall_);
-    for (std::size_t n = 0; n < T_wall_.size(); ++n) use(term, point_[m][n], area_over_depth_[m][n], T_wall_[n]);
+    for (std::size_t n = 0; n < T_wall_.size(); ++n) use(term, walls_[m][n], T_wall_[n]);
   }
 }
 
 void SeriesWalls::add_rate(Evaluation& at, std::span<double> F, std::span<double> power) {
-  const std::span<const double> T = at.T(), k = at.at(Evaluation::nodes).k();
-  for_each_facet(at.t(), [&](const PrescribedTerm& term, int i, double ratio, double T_wall) {
-    const double heat = ratio * k[i] * (T_wall - T[i]);
-    F[i] += heat;
+  const std::span<const double> T = at.T(), k = coefficients(at).k();
+  for_each_facet(at.t(), [&](const PrescribedTerm& term, const Wall& wall, double T_wall) {
+    const double heat = conductance(wall, k) * (T_wall - T[wall.point]);
+    F[wall.point] += heat;
     power[term.account] += heat;
   });
 }
 
 void SeriesWalls::add_jacobian(Evaluation& at, JacobianEntries& J) {
-  const std::span<const double> T = at.T(), dk_dT = at.at(Evaluation::nodes).dk_dT(), k = at.at(Evaluation::nodes).k();
-  for_each_facet(at.t(), [&](const PrescribedTerm&, int i, double ratio, double T_wall) {
-    J.add_nodal(i, ratio * ((dk_dT.empty() ? 0 : dk_dT[i] * (T_wall - T[i])) - k[i]));
+  const std::span<const double> T = at.T(), dk_dT = coefficients(at).dk_dT(), k = coefficients(at).k();
+  for_each_facet(at.t(), [&](const PrescribedTerm&, const Wall& wall, double T_wall) {
+    J.add_nodal(wall.point, derivative(wall, k, dk_dT) * (T_wall - T[wall.point]) - conductance(wall, k));
   });
 }
 
 void SeriesWalls::add_row_sums(Evaluation& at, std::span<double> sums) {
-  const std::span<const double> k = at.at(Evaluation::nodes).k();
-  for (std::size_t m = 0; m < point_.size(); ++m)
-    for (std::size_t n = 0; n < point_[m].size(); ++n) sums[point_[m][n]] += area_over_depth_[m][n] * k[point_[m][n]];
+  const std::span<const double> k = coefficients(at).k();
+  for (const std::vector<Wall>& walls : walls_)
+    for (const Wall& wall : walls) sums[wall.point] += conductance(wall, k);
 }
 
 template <class Use>

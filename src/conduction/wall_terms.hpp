@@ -7,6 +7,7 @@
 
 #include "boundary/conditions.hpp"
 #include "conduction/heat_term.hpp"
+#include "conduction/wall_layers.hpp"
 
 namespace calor {
 
@@ -64,11 +65,12 @@ class ImageConduction final : public HeatTerm {
 
 /// Walls of prescribed temperature T* off the points, beyond which no images lie: into point i, the distance y behind
 /// its facet of area A, flows what the layer between them conducts,
-///   F_i += A k(T_i) / y (T* - T_i).
+///   F_i += A k(T_i) / y (T* - T_i),
+/// or the conductance of the parts that lie there.
 class SeriesWalls final : public HeatTerm {
  public:
-  /// Cloud and temperatures must outlive this.
-  SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures);
+  /// `layers`: see Discretisation. All must outlive this.
+  SeriesWalls(const Cloud& cloud, std::span<const PrescribedTerm> temperatures, const WallLayers* layers = nullptr);
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> power) override;
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
@@ -76,16 +78,28 @@ class SeriesWalls final : public HeatTerm {
   Traits traits() const override { return {.fixes_level = has_walls_}; }
 
  private:
-  std::span<const PrescribedTerm> temperatures_;
-  /// Of every term: the points of its facets, and A / y with the term's share of it, m.
-  std::vector<std::vector<int>> point_;
-  std::vector<std::vector<double>> area_over_depth_;
-  bool has_walls_ = false;
-  std::vector<double> T_wall_;
-
-  /// Calls use(term, point, A / y, T*) for all facets.
+  struct Wall {
+    int point, facet;
+    double share, area_over_depth;  ///< of the term in the facet; its A / y, m
+  };
+  double conductance(const Wall& wall, std::span<const double> k) const {
+    return layers_ ? wall.share * layers_->conductance(wall.facet, k) : wall.area_over_depth * k[wall.point];
+  }
+  double derivative(const Wall& wall, std::span<const double> k, std::span<const double> dk_dT) const {
+    if (dk_dT.empty()) return 0;
+    return layers_ ? wall.share * layers_->derivative(wall.facet, k, dk_dT) : wall.area_over_depth * dk_dT[wall.point];
+  }
+  /// Where they want k.
+  Coefficients& coefficients(Evaluation& at) const { return at.at(layers_ ? layers_->location : Evaluation::nodes); }
+  /// Calls use(term, wall, T*) for all facets.
   template <class Use>
   void for_each_facet(double t, const Use& use);
+
+  std::span<const PrescribedTerm> temperatures_;
+  const WallLayers* layers_;
+  std::vector<std::vector<Wall>> walls_;  ///< of every term
+  bool has_walls_ = false;
+  std::vector<double> T_wall_;
 };
 
 /// Walls that a penalty holds at their temperature (as in the papers on MLPG): into point i of the wall flows the heat

@@ -36,7 +36,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
   for (const SurfaceTerm& term : conditions_.fluxes)
     if (term.is_plate || cloud.points_on_walls) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
   if (!cloud.points_on_walls) {
-    auto walls = std::make_unique<WallFluxes>(cloud, material(), conditions_.fluxes);
+    auto walls = std::make_unique<WallFluxes>(cloud, material(), conditions_.fluxes, discretisation_.wall_layers.get());
     wall_fluxes_ = walls.get();
     exchange_.push_back(std::move(walls));
   }

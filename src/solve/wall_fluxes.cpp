@@ -17,8 +17,9 @@ constexpr double infinite = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-WallFluxes::WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms)
-    : cloud_(cloud) {
+WallFluxes::WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms,
+                       const WallLayers* layers)
+    : cloud_(cloud), layers_(layers) {
   for (const SurfaceTerm& term : terms) {
     if (term.is_plate) continue;
     fluxes_.push_back({.term = &term, .wall = {}});
@@ -26,7 +27,7 @@ WallFluxes::WallFluxes(const Cloud& cloud, const MaterialField& material, std::s
     is_linear_ = is_linear_ && (!term.flux->depends_on_temperature() || term.flux->linear_in_temperature());
   }
   find_walls();
-  if (!material.is_isotropic()) count_direction(material);
+  if (!layers && !material.is_isotropic()) count_direction(material);
 }
 
 /// Multiplies the conductances by n.R n.
@@ -62,7 +63,8 @@ void WallFluxes::find_walls() {
     number[n] = static_cast<int>(walls_.size());
     Wall& wall = walls_.emplace_back();
     wall.facet = n, wall.point = facet.point;
-    wall.area_over_depth = std::min(area, facet.area) / wall_distance(cloud_, facet);
+    wall.share = std::min(1.0, area / facet.area);
+    wall.area_over_depth = wall.share * facet.area / wall_distance(cloud_, facet);
   }
   for (Flux& flux : fluxes_) {
     for (const int facet : flux.term->facet) flux.wall.push_back(number[facet]);
@@ -71,9 +73,9 @@ void WallFluxes::find_walls() {
 }
 
 void WallFluxes::begin(Evaluation& at) {
-  const std::span<const double> T = at.T(), k = at.at(Evaluation::nodes).k();
+  const std::span<const double> T = at.T(), k = coefficients(at).k();
   for (Wall& wall : walls_) {
-    wall.G = wall.area_over_depth * k[wall.point];
+    wall.G = layers_ ? wall.share * layers_->conductance(wall.facet, k) : wall.area_over_depth * k[wall.point];
     wall.T_point = wall.T = T[wall.point];
     wall.given = 0, wall.low = -infinite, wall.high = infinite, wall.step = 0, wall.is_open = true;
   }
@@ -186,23 +188,25 @@ void WallFluxes::add_rate(Evaluation& at, std::span<double> F, std::span<double>
 }
 
 /// dQ/dT_i, by the derivative of the wall's balance.
-double WallFluxes::derivative(const Wall& wall, std::span<const double> dk_dT) const {
+double WallFluxes::derivative(const Wall& wall, std::span<const double> k, std::span<const double> dk_dT) const {
   if (wall.slope == 0) return 0;
-  const double dG = dk_dT.empty() ? 0 : wall.area_over_depth * dk_dT[wall.point];
+  const double dG = dk_dT.empty() ? 0
+                    : layers_     ? wall.share * layers_->derivative(wall.facet, k, dk_dT)
+                                  : wall.area_over_depth * dk_dT[wall.point];
   return wall.slope * (wall.G + dG * (wall.T_point - wall.T)) / (wall.G - wall.slope);
 }
 
 void WallFluxes::add_jacobian(Evaluation& at, JacobianEntries& J) {
   if (walls_.empty() || !depends_on_T_) return;
   solve(at);
-  const std::span<const double> dk_dT = at.at(Evaluation::nodes).dk_dT();
-  for (const Wall& wall : walls_) J.add_nodal(wall.point, derivative(wall, dk_dT));
+  const std::span<const double> dk_dT = coefficients(at).dk_dT(), k = coefficients(at).k();
+  for (const Wall& wall : walls_) J.add_nodal(wall.point, derivative(wall, k, dk_dT));
 }
 
 void WallFluxes::add_row_sums(Evaluation& at, std::span<double> sums) {
   if (walls_.empty() || !depends_on_T_) return;
   solve(at);
-  for (const Wall& wall : walls_) sums[wall.point] += std::abs(derivative(wall, {}));
+  for (const Wall& wall : walls_) sums[wall.point] += std::abs(derivative(wall, {}, {}));
 }
 
 Traits WallFluxes::traits() const {

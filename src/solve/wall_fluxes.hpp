@@ -6,19 +6,23 @@
 #include "boundary/conditions.hpp"
 #include "cloud/cloud.hpp"
 #include "conduction/heat_term.hpp"
+#include "conduction/wall_layers.hpp"
 
 namespace calor {
 
 /// All surface fluxes on the facets of a cloud without points on its walls. The temperature T_w of each facet follows
 /// from that of its point i, at the distance y behind it, by the balance of the wall, which holds no heat:
 ///   sum_m A_m q_m(x, t, T_w) + A k(T_i) / y (T_i - T_w) = 0,   F_i += sum_m A_m q_m(x, t, T_w).
-/// k is that across the wall, k n.R n where the material conducts differently by direction.
+/// k is that across the wall, k n.R n where the material conducts differently by direction; where several parts lie
+/// there, their conductance takes the place of A k / y.
 /// So linear laws act by the conductance 1 / (1/h + y/k), and the heat is of second order in y. A is the part of the
 /// facet on which fluxes act. Several fluxes on one facet see the same T_w.
 class WallFluxes final : public HeatTerm {
  public:
-  /// `terms`: those on plates are left out. Cloud and terms must outlive this. Collective.
-  WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms);
+  /// `terms`: those on plates are left out. `layers`: see Discretisation. All but the material must outlive this.
+  /// Collective.
+  WallFluxes(const Cloud& cloud, const MaterialField& material, std::span<const SurfaceTerm> terms,
+             const WallLayers* layers);
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> power) override;
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
@@ -33,7 +37,7 @@ class WallFluxes final : public HeatTerm {
   /// A facet with fluxes. W, K, m.
   struct Wall {
     int facet, point;
-    double area_over_depth;
+    double share, area_over_depth;  ///< of the facet on which fluxes act; its A / y
     // At the state that was solved last:
     double G, T_point, T;    ///< conductance of the layer; temperatures of point and wall
     double given, Q, slope;  ///< heat that does not depend on T; all heat, and its derivative by T
@@ -54,9 +58,11 @@ class WallFluxes final : public HeatTerm {
   void bound_by_ambients(double t);
   void evaluate(Flux& flux, double t);
   void take_step(Wall& wall) const;
-  double derivative(const Wall& wall, std::span<const double> dk_dT) const;
+  double derivative(const Wall& wall, std::span<const double> k, std::span<const double> dk_dT) const;
+  Coefficients& coefficients(Evaluation& at) const { return at.at(layers_ ? layers_->location : Evaluation::nodes); }
 
   const Cloud& cloud_;
+  const WallLayers* layers_;
   std::vector<Flux> fluxes_;
   std::vector<Wall> walls_;
   bool depends_on_T_ = false, is_linear_ = true;

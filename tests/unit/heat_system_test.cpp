@@ -87,6 +87,12 @@ const std::vector<Named>& systems() {
       {"arithmetic mean of k(x, T)", jittered_plate + of_place_and_T + all_exchanges},
       {"harmonic mean of k(T)", jittered_plate + of_T_alone + harmonic + all_exchanges},
       {"layers", lattice_plate + two_layers + all_exchanges},
+      {"walls that cut layers", lattice_plate + "at = \"cells\"\n" +
+                                    replaced(replaced(two_layers, "0.25 m", "0.23 m"), "0.25 m", "0.27 m") +
+                                    all_exchanges},
+      {"a layer before a wall", lattice_plate + "at = \"cells\"\n" +
+                                    replaced(replaced(two_layers, "0.25 m", "0.47 m"), "0.25 m", "0.03 m") +
+                                    all_exchanges},
       {"mixture", jittered_plate + graded + all_exchanges},
       {"constant properties", lattice_plate + constant + all_exchanges},
       {"algebraic walls, integral mean", lattice_plate + of_T_alone + paper + all_exchanges},
