@@ -44,7 +44,7 @@ class Rkl2 final : public Stepper {
     evaluate(system, interval.data_time(state.t), state.T, F0_, power0_);
     euler_limit_ = euler_limit(system, interval.data_time(state.t), state.T);
     longest_ = system.longest_step(interval.begin(), interval.end());
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit_, interval.end() - state.t));
+    if (fresh || !control_.has_proposal()) control_.restart(euler_limit_, interval.end() - state.t);
   }
 
   double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {

@@ -13,11 +13,14 @@
 namespace calor {
 namespace {
 
-/// The nearest power of 2^(1/8). The last digits of an error estimate, which come from the linear solver and differ
-/// between numbers of ranks, then hardly ever change a step.
-double on_grid(double factor) {
-  constexpr double per_octave = 8;
-  return std::exp2(std::round(per_octave * std::log2(factor)) / per_octave);
+/// Steps change by powers of 2^(1/8). The last digits of an error estimate, or of a stable step, which come from
+/// solvers and differ between numbers of ranks and poses of a body, then hardly ever change a step.
+constexpr double steps_per_octave = 8;
+double nearest_power(double factor) {
+  return std::exp2(std::round(steps_per_octave * std::log2(factor)) / steps_per_octave);
+}
+double power_below(double factor) {
+  return std::exp2(std::floor(steps_per_octave * std::log2(factor)) / steps_per_octave);
 }
 
 bool same_time(double a, double b) { return std::abs(a - b) <= 1e-12 * std::max(std::abs(a), std::abs(b)); }
@@ -139,6 +142,10 @@ long EqualSteps::count(double length, double step, double begin) {
   return std::max(1L, static_cast<long>(count));
 }
 
+void StepControl::restart(double most, double length) {
+  proposal_ = length * power_below(std::min(most / length, 1.0));
+}
+
 double StepControl::next(double t, double end, double most) {
   const double dt = std::min(proposal_, most), left = end - t;
   if (dt >= left * (1 - 1e-9)) return left;
@@ -153,7 +160,7 @@ void StepControl::exchange(Archive& archive) {
 bool StepControl::judge(double dt, double error, double always_good) {
   constexpr double safety = 0.8, least = 0.2, most = 2.5;
   double factor = std::isfinite(error) ? safety * std::pow(std::max(error, 1e-12), -1. / 3) : least;
-  factor = std::clamp(on_grid(factor), least, was_rejected_ ? 1.0 : most);
+  factor = std::clamp(nearest_power(factor), least, was_rejected_ ? 1.0 : most);
   if (factor > 1 && factor < least_growth_) factor = 1;
   const bool accepted = error <= 1 || (dt <= always_good && std::isfinite(error));
   // A step shortened to end in time says little about the longer one that was proposed.

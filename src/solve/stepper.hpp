@@ -111,7 +111,8 @@ class StepControl {
  public:
   /// A step that could grow by less than `least_growth` stays as it is: implicit methods keep their factorisation.
   explicit StepControl(double least_growth = 1) : least_growth_(least_growth) {}
-  void restart(double dt) { proposal_ = dt; }
+  /// The first step of a stretch of time of that length, at most `most`.
+  void restart(double most, double length);
   bool has_proposal() const { return proposal_ > 0; }
   /// The next step: the proposal, at most `most`, shortened so that the steps to `end` come out even.
   double next(double t, double end, double most);

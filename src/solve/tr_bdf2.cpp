@@ -28,7 +28,7 @@ class TrBdf2 final : public ImplicitStepper {
     const double bound = system.rate_bound(interval.data_time(state.t), state.T);
     euler_limit_ = bound > 0 ? 2 / bound : std::numeric_limits<double>::infinity();
     longest_ = system.longest_step(interval.begin(), interval.end());
-    if (fresh || !control_.has_proposal()) control_.restart(std::min(euler_limit_, interval.end() - state.t));
+    if (fresh || !control_.has_proposal()) control_.restart(euler_limit_, interval.end() - state.t);
   }
 
   double step(HeatSystem& system, State& state, const SmoothInterval& interval) override {
