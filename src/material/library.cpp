@@ -64,7 +64,8 @@ const std::vector<LibraryMaterial>& material_library() {
   static const std::string crc = "CRC Handbook of Chemistry and Physics, section 6, properties of ice",
                            crc_water = crc + " and of water from 0 to 100 degC";
   static const std::string iso = "ISO 10456:2007, gypsum plasterboard of 900 kg/m^3",
-                           sae = "eFunda, SAE 1045; within 5 % of Holman, Heat Transfer, table A-2, 0.5 % C";
+                           ideas = "IDEAS library (KU Leuven), rock wool", sae = "a179.net, SAE 1045",
+                           data_book = "in the Heat and Mass Transfer Data Book of carbon steel with 0.5 % C";
   static const std::string mills =
                                "Mills, Recommended Values of Thermophysical Properties for Selected Commercial "
                                "Alloys (2002), Ti-6Al-4V",
@@ -185,10 +186,21 @@ const std::vector<LibraryMaterial>& material_library() {
       {"gypsum plasterboard",
        {"0.25 W/(m K)", "", iso},
        {"900 kg/m^3", "", iso},
-       {"1000 J/(kg K)", "", iso + "; the heat that takes its water out does not count"},
+       {"1000 J/(kg K)", "", iso + ", the heat that takes its water out does not count"},
        273,
        323},
-      {"AISI 1045", {"50.9 W/(m K)", "", sae}, {"7872 kg/m^3", "", sae}, {"486 J/(kg K)", "", sae}, 273, 373},
+      {"mineral wool",
+       {"0.036 W/(m K)", "", ideas + ", EN 13162 has 0.034 to 0.045 at 10 degC, dry"},
+       {"110 kg/m^3", "", ideas},
+       {"840 J/(kg K)", "", ideas + ", the same for slabs of mineral wool after GOST 22950"},
+       273,
+       323},
+      {"AISI 1045",
+       {"50.9 W/(m K)", "", sae + ", 53.6 " + data_book},
+       {"7872 kg/m^3", "", sae},
+       {"486 J/(kg K)", "", sae + ", 465 " + data_book},
+       273,
+       373},
       {"alumina",
        {"5.85 + 26524.4*exp(-0.002*T)/(242.85 + T)", "W/(m K)",
         "Munro, J. Am. Ceram. Soc. 80 (1997) 1919: 5.85 + 15360 exp(-0.002 t)/(t + 516), t in degC, to 1300 degC"},
