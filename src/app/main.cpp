@@ -310,7 +310,7 @@ int command(int argc, char** argv) {
 /// process. Here large arrays go back to the system, so that the peak of memory is that of what is in use at once.
 void give_memory_back() {
 #ifdef __GLIBC__
-  constexpr int large = 1 << 20, most_arrays = 1 << 16;
+  constexpr int large = 1 << 24, most_arrays = 1 << 16;
   mallopt(M_MMAP_MAX, most_arrays), mallopt(M_MMAP_THRESHOLD, large), mallopt(M_TRIM_THRESHOLD, large);
 #endif
 }

@@ -147,7 +147,7 @@ struct LambdaSolve {
 
 /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji] with lambda such that sum_j g_ij x_ji = -A_i, up to `tolerance` of
 /// what it was off by. Where any weight becomes negative, all that fall below `floor` of what they were are lifted to
-/// that; 0: none are.
+/// that, and lambda may be a rough one; 0: none are.
 LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& neighbours, std::span<double> g,
                                        double tolerance, double floor = 0);
 

@@ -151,23 +151,26 @@ class Truss {
     }
   }
 
+  /// Would any weight become negative? On any rank.
+  bool makes_negative(std::span<const double> p) {
+    set_lambda(p);
+    bool negative = false;
+    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c)
+                                 CALOR_ALWAYS_INLINE { negative = negative || g_[n] * (1 + c) < 0; });
+    return any(cloud_.comm, negative);
+  }
+
   /// g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji], see LambdaSolve. The last thing to do: the matrix is that of the
   /// weights before.
-  LambdaSolve change_weights(std::span<const double> p, std::span<double> g, double floor) {
-    set_lambda(p);
-    LambdaSolve done = {};
-    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) {
-      done.change = std::max(done.change, std::abs(c));
-      done.negative = done.negative || g[n] * (1 + c) < 0;
-    });
-    done.change = max(cloud_.comm, done.change);
-    done.negative = any(cloud_.comm, done.negative);
+  void change_weights(std::span<const double> p, std::span<double> g, double floor, LambdaSolve& done) {
+    done.negative = makes_negative(p);
     const bool lift = done.negative && floor > 0;
-    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) {
+    changes_.for_each_change([&](int /*i*/, std::int64_t n, double c) CALOR_ALWAYS_INLINE {
+      done.change = std::max(done.change, std::abs(c));
       const double changed = g[n] * (1 + c);
       g[n] = lift ? std::max(changed, floor * g[n]) : changed;
     });
-    return done;
+    done.change = max(cloud_.comm, done.change);
   }
 
  private:
@@ -222,7 +225,7 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   if (cloud.dimension == 1 && cloud.count > long_line)
     line.emplace(cloud, neighbours, g, held_axes(cloud, neighbours)[0]);
   const LinearMap stiffness = [&](auto p, auto y) { truss.multiply(p, y); };
-  const CoarseTruss coarse(cloud, neighbours, g, unit, held_axes(cloud, neighbours));
+  CoarseTruss coarse(cloud, neighbours, g, unit, held_axes(cloud, neighbours));
   const LinearMap preconditioner = [&](auto r, auto z) {
     if (line) return line->solve(r, z);
     truss.divide_by_blocks(r, z);
@@ -234,16 +237,23 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   for (int i = 0; i < cloud.owned; ++i)
     for (int a = 0; a < cloud.dimension; ++a) size = std::max(size, product(unit, face_size(cloud, i))[a]);
   const double round_off = 1e-13 * max(cloud.comm, size) * std::sqrt(static_cast<double>(cloud.count));
+  // Most of the weights that become negative show early, and the next solve starts from others.
+  constexpr double early = 1e-3;
+  const auto r = numbers(std::span<Vec3>(R));
+  const double start = std::sqrt(dot(cloud.comm, r, r));
   std::vector<double> p(3 * static_cast<std::size_t>(cloud.owned));
-  const auto solved = conjugate_gradients(cloud.comm, stiffness, preconditioner, numbers(std::span<Vec3>(R)), p,
-                                          {.relative = tolerance, .absolute = round_off, .iterations = 20000});
-  if (!solved.converged) {
-    for (Vec3& r : R) r = quotient(r, unit);
-    refuse(cloud, R, solved.iterations);
-  }
-
-  LambdaSolve done = truss.change_weights(p, g, floor);
-  done.iterations = solved.iterations;
+  LambdaSolve done = {};
+  const auto solve_to = [&](double part) {
+    const auto solved = conjugate_gradients(cloud.comm, stiffness, preconditioner, r, p,
+                                            {.absolute = std::max(part * start, round_off), .iterations = 20000});
+    done.iterations += solved.iterations;
+    if (solved.converged) return;
+    for (Vec3& left : R) left = quotient(left, unit);
+    refuse(cloud, R, done.iterations);
+  };
+  if (floor > 0) solve_to(early);
+  if (floor == 0 || !truss.makes_negative(p)) solve_to(tolerance);
+  truss.change_weights(p, g, floor, done);
   return done;
 }
 

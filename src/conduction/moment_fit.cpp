@@ -142,7 +142,7 @@ class MomentFit {
       for (int a = 0; a < N; ++a) changes_.at(i)[a] = z_[i / lanes].v[a][i % lanes];
     changes_.update_ghosts();
     std::vector<double> squares(2 * static_cast<std::size_t>(cloud_.owned));
-    changes_.for_each_change([&](int i, std::int64_t n, float c) {
+    changes_.for_each_change([&](int i, std::int64_t n, float c) CALOR_ALWAYS_INLINE {
       squares[2 * i] += double{g[n]} * c * c, squares[2 * i + 1] += g[n];
       g[n] *= std::max(1 + c, floor_of_fit);
     });

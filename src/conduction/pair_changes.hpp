@@ -35,10 +35,10 @@ class PairChanges {
     const auto sign = [](double v) { return static_cast<Number>(v); };
     for (const Mirror& m : neighbours.mirrors) {
       const Vec3 s = m.sign, shift = (1 / unit) * m.shift;
-      mirrors_.push_back({.place_sign = Places{s.x, s.y, s.z, 0},
-                          .shift = Places{shift.x, shift.y, shift.z, 0},
-                          .sign = Vector{sign(s.x), sign(s.y), sign(s.z), 0},
-                          .mixed_sign = Vector{sign(s.x * s.y), sign(s.x * s.z), sign(s.y * s.z), 0}});
+      mirrors_.push_back({.place_sign = {s.x, s.y, s.z, 0},
+                          .shift = {shift.x, shift.y, shift.z, 0},
+                          .sign = {sign(s.x), sign(s.y), sign(s.z), 0},
+                          .mixed_sign = {sign(s.x * s.y), sign(s.x * s.z), sign(s.y * s.z), 0}});
     }
   }
 
@@ -80,12 +80,12 @@ class PairChanges {
     return B;
   }
 
-  /// Calls use(i, n, c_ij) for all entries; the same bits for (j, i).
+  /// Calls use(i, n, c_ij), which must be CALOR_ALWAYS_INLINE, for all entries; the same bits for (j, i).
   template <class Use>
   void for_each_change(const Use& use) const {
-    for (int i = 0; i < cloud_.owned; ++i)
-      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n)
-        use(i, n, neighbours_.image.empty() ? pair<false>(i, n).change[0] : pair<true>(i, n).change[0]);
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      neighbours_.image.empty() ? use_changes<false>(use) : use_changes<true>(use);
+    });
   }
 
  private:
@@ -95,21 +95,24 @@ class PairChanges {
   using Indices __attribute__((vector_size(4 * sizeof(Number)))) =
       std::conditional_t<tensors, std::int32_t, std::int64_t>;
 
+  CALOR_ALWAYS_INLINE static Places load(const double* x) { return *reinterpret_cast<const UnalignedDoubles<4>*>(x); }
+  CALOR_ALWAYS_INLINE static Vector load_numbers(const Number* v) {
+    using Unaligned __attribute__((vector_size(4 * sizeof(Number)), aligned(sizeof(Number)), may_alias)) = Number;
+    return *reinterpret_cast<const Unaligned*>(v);
+  }
+
   /// One line of a cache. Vectors of four are loaded from x and from any three unknowns: their last number belongs to
   /// what follows and is multiplied by 0.
   struct alignas(64) Point {
     double x[3] = {};
     Number v[tensors ? 10 : 5] = {};
 
-    CALOR_ALWAYS_INLINE Places place() const { return *reinterpret_cast<const UnalignedDoubles<4>*>(x); }
-    CALOR_ALWAYS_INLINE Vector part(int f) const {
-      using Unaligned __attribute__((vector_size(4 * sizeof(Number)), aligned(sizeof(Number)), may_alias)) = Number;
-      return *reinterpret_cast<const Unaligned*>(v + 3 * f);
-    }
+    CALOR_ALWAYS_INLINE Places place() const { return load(x); }
+    CALOR_ALWAYS_INLINE Vector part(int f) const { return load_numbers(v + 3 * f); }
   };
   struct Reflection {
-    Places place_sign, shift;
-    Vector sign, mixed_sign;
+    double place_sign[4], shift[4];
+    Number sign[4], mixed_sign[4];
   };
   struct Pair {
     Vector x, squares, mixed;  ///< x_ji, xx yy zz, xy xz yz
@@ -122,7 +125,7 @@ class PairChanges {
     const Reflection* image = has_images ? &mirrors_[neighbours_.image[n]] : nullptr;
     Places place = other.place();
     if constexpr (has_images)
-      place = (image->place_sign * place - own.place()) + image->shift;
+      place = (load(image->place_sign) * place - own.place()) + load(image->shift);
     else
       place -= own.place();
     place = __builtin_shuffle(place, Places{}, Doubles4Indices{0, 1, 2, 4});
@@ -130,13 +133,13 @@ class PairChanges {
     Pair pair;
     pair.x = __builtin_convertvector(place, Vector);
     Vector lambda = other.part(0);
-    if constexpr (has_images) lambda *= image->sign;
+    if constexpr (has_images) lambda *= load_numbers(image->sign);
     Vector c = (own.part(0) - lambda) * pair.x;
     if constexpr (tensors) {
       pair.squares = pair.x * pair.x;
       pair.mixed = __builtin_shuffle(pair.x, Indices{0, 0, 1, 3}) * __builtin_shuffle(pair.x, Indices{1, 2, 2, 3});
       Vector mixed = other.part(2);
-      if constexpr (has_images) mixed *= image->mixed_sign;
+      if constexpr (has_images) mixed *= load_numbers(image->mixed_sign);
       c += (own.part(1) + other.part(1)) * pair.squares + (own.part(2) + mixed) * pair.mixed;
     }
     c += __builtin_shuffle(c, Indices{1, 0, 3, 2});
@@ -144,6 +147,12 @@ class PairChanges {
     return pair;
   }
   using Doubles4Indices __attribute__((vector_size(32))) = std::int64_t;
+
+  template <bool has_images, class Use>
+  CALOR_ALWAYS_INLINE inline void use_changes(const Use& use) const {
+    for (int i = 0; i < cloud_.owned; ++i)
+      for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) use(i, n, pair<has_images>(i, n).change[0]);
+  }
 
   template <bool has_images, class Weight>
   CALOR_ALWAYS_INLINE inline void add_up(const Weight* g, int begin, int end, Number* y) const {

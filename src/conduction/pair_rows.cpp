@@ -1,9 +1,9 @@
 #include "conduction/pair_rows.hpp"
 
 #include <algorithm>
-#include <array>
 #include <functional>
 #include <numeric>
+#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -95,47 +95,36 @@ void PairRows::pack_groups(std::span<const std::int64_t> start, std::span<const 
     used += length(i);
   }
 
-  std::vector<std::int32_t> order(rows.size());
-  std::iota(order.begin(), order.end(), 0);
-  for (std::size_t first = 0; first < order.size(); first += window) {
-    const auto part = std::span(order).subspan(first, std::min<std::size_t>(window, order.size() - first));
-    std::ranges::stable_sort(part, std::greater<>(), [&](std::int32_t n) { return length(rows[n]); });
-  }
   std::int64_t size = 0;
-  for (std::size_t first = 0; first < order.size(); first += lanes) {
+  for (std::size_t first = 0; first < rows.size(); first += lanes) {
     Group group{.begin = size, .end = size, .row = {}, .count = {}};
+    std::int32_t longest = 0;
     for (std::size_t lane = 0; lane < lanes; ++lane) {
-      const std::int32_t i = rows[order[std::min(first + lane, order.size() - 1)]];
+      const std::int32_t i = rows[std::min(first + lane, rows.size() - 1)];
       group.row[lane] = i;
-      if (first + lane >= order.size()) continue;
+      if (first + lane >= rows.size()) continue;
       group.count[lane] = length(i);
       where_[i] = -1 - static_cast<std::int32_t>(first + lane);
+      longest = std::max(longest, group.count[lane]);
     }
-    group.end = size += std::int64_t{lanes} * group.count[0];  // the longest
+    group.end = size += std::int64_t{lanes} * longest;
     groups_.push_back(group);
   }
 
   // Groups begin no earlier than their rows did, so from the last one on nothing is overwritten that is still wanted.
   column_.resize(size), weight_.resize(size);
-  const std::size_t windows = (rows.size() + window - 1) / window;
   std::vector<std::int32_t> columns;
   std::vector<double> weights;
-  for (std::size_t w = windows; w-- > 0;) {
-    const std::size_t first = w * window, end = std::min(first + window, rows.size());
-    std::array<std::int64_t, window> at;
-    std::int64_t count = 0;
-    for (std::size_t n = first; n < end; ++n) at[n - first] = count, count += length(rows[n]);
+  for (const Group& group : std::views::reverse(groups_)) {
+    const std::int64_t count = std::accumulate(group.count, group.count + lanes, std::int64_t{0});
     used -= count;
     columns.assign(column_.begin() + used, column_.begin() + used + count);
     weights.assign(weight_.begin() + used, weight_.begin() + used + count);
-    for (std::size_t n = first; n < end || n % lanes != 0; ++n) {
-      const Group& group = groups_[n / lanes];
-      const std::size_t lane = n % lanes;
-      const std::int64_t from = n < end ? at[order[n] - first] : 0;
-      for (std::int64_t e = group.begin + static_cast<std::int64_t>(lane), k = 0; e < group.end; e += lanes, ++k) {
-        const bool is_there = k < group.count[lane];
-        column_[e] = is_there ? columns[from + k] : group.row[lane];
-        weight_[e] = is_there ? weights[from + k] : 0;
+    for (std::int64_t lane = 0, first = 0; lane < lanes; first += group.count[lane++]) {
+      for (std::int64_t e = group.begin + lane, n = 0; e < group.end; e += lanes, ++n) {
+        const bool is_there = n < group.count[lane];
+        column_[e] = is_there ? columns[first + n] : group.row[lane];
+        weight_[e] = is_there ? weights[first + n] : 0;
       }
     }
   }

@@ -2,9 +2,9 @@
 // Weights of pairs, row by row, packed for the sum that every explicit step is made of, F_i += sum_j G_ij flux_ij.
 // Where a row repeats the row before it, all columns one farther and the weights the same to the last bit, as inside
 // lattices, both share one stencil and a vector holds consecutive points. The other rows lie in groups of eight, one in
-// a lane of a vector; they are sorted by length within windows of some groups, so that lanes hardly end early. Either
-// way a row is summed in the order of its neighbours: its sum has the same bits whichever way it is packed, hence on
-// any number of ranks.
+// a lane of a vector; they follow one another as the points do, whose neighbours then lie in the same lines of the
+// cache. Either way a row is summed in the order of its neighbours: its sum has the same bits whichever way it is
+// packed, hence on any number of ranks.
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -39,7 +39,7 @@ class PairRows {
                   InstructionSet set = best_instruction_set()) const;
 
  private:
-  static constexpr int lanes = 8, window = 16 * lanes;
+  static constexpr int lanes = 8;
 
   struct Run {
     std::int32_t first, length;  ///< rows
