@@ -11,6 +11,7 @@
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "cloud/shapes.hpp"
+#include "geometry/contact_cells.hpp"
 #include "output/probes.hpp"
 #include "solve/initial.hpp"
 #include "solve/twin.hpp"
@@ -147,6 +148,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
           [&] { phases.measure("cloud", [&] { m.cloud = std::make_unique<Cloud>(make_cloud(comm, c, support)); }); });
   std::vector<Crack> cracks = has_cracks(c) ? read_cracks(c, *m.cloud) : std::vector<Crack>();
   std::erase_if(cracks, [](const Crack& crack) { return crack.fails(); });
+  end_cells_at_contacts(c, *m.cloud);
   if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
   m.notes = m.cloud->notes;

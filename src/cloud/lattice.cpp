@@ -18,6 +18,19 @@ Lattice::Lattice(const BoxLattice& box) : box_(box) {
   for (int a = 0; a < box.dimension; ++a) dx_[a] = box_.size[a] / static_cast<double>(cells(a));
 }
 
+void Lattice::end_cells_at(int axis, std::span<const double> places) {
+  const double close = 1e-9 * box_.size[axis];
+  std::vector<double> ends;
+  for (std::int64_t i = 0; i + 1 < box_.points[axis]; ++i) {
+    const double low = coordinate(axis, i), high = coordinate(axis, i + 1);
+    std::vector<double> here;
+    for (const double x : places)
+      if (x >= low - close && x < high - close) here.push_back(std::max(x, low));
+    ends.push_back(here.size() == 1 ? here.front() : cell(axis, i).second);
+  }
+  ends_[axis] = std::move(ends);
+}
+
 LatticeIndex Lattice::index(std::int64_t id) const {
   const auto& n = box_.points;
   return {id % n[0], id / n[0] % n[1], id / (n[0] * n[1])};
@@ -48,7 +61,7 @@ double Lattice::coordinate(int axis, std::int64_t i) const {
 
 double Lattice::width(int axis, std::int64_t i) const {
   if (axis >= box_.dimension) return 1;
-  if (graded(axis)) {
+  if (graded(axis) || !ends_[axis].empty()) {
     const auto [low, high] = cell(axis, i);
     return high - low;
   }
@@ -57,12 +70,20 @@ double Lattice::width(int axis, std::int64_t i) const {
 }
 
 double Lattice::full_width(int axis, std::int64_t i) const {
-  if (!graded(axis)) return dx_[axis];
+  if (!graded(axis) && ends_[axis].empty()) return dx_[axis];
   const bool half = box_.on_walls && (i == 0 || i == box_.points[axis] - 1);
   return (half ? 2 : 1) * width(axis, i);
 }
 
 std::pair<double, double> Lattice::cell(int axis, std::int64_t i) const {
+  auto [low, high] = cell_to_middles(axis, i);
+  if (axis >= box_.dimension || ends_[axis].empty()) return {low, high};
+  if (i > 0) low = ends_[axis][i - 1];
+  if (i < box_.points[axis] - 1) high = ends_[axis][i];
+  return {low, high};
+}
+
+std::pair<double, double> Lattice::cell_to_middles(int axis, std::int64_t i) const {
   if (axis >= box_.dimension) return {0, 0};
   if (graded(axis) && !box_.on_walls) return {box_.coordinates[axis][i], box_.coordinates[axis][i + 1]};
   if (graded(axis)) {

@@ -2,7 +2,9 @@
 // Where the points of a box lattice lie and what they own; one answer on every rank, from the indices alone.
 #include <array>
 #include <cstdint>
+#include <span>
 #include <utility>
+#include <vector>
 
 #include "base/vec3.hpp"
 #include "cloud/shapes.hpp"
@@ -14,6 +16,9 @@ using LatticeIndex = std::array<std::int64_t, 3>;  ///< along x, y, z; 0 along a
 class Lattice {
  public:
   explicit Lattice(const BoxLattice& box);
+  /// Ends cells at places along an axis, m, in place of midway between two points: of an interval that holds one alone.
+  /// A place on a point ends the cell of that point.
+  void end_cells_at(int axis, std::span<const double> places);
 
   const BoxLattice& box() const { return box_; }
   std::int64_t count() const { return box_.points[0] * box_.points[1] * box_.points[2]; }
@@ -49,8 +54,10 @@ class Lattice {
 
  private:
   bool moves(const LatticeIndex& i, int axis) const;
+  std::pair<double, double> cell_to_middles(int axis, std::int64_t i) const;
 
   BoxLattice box_;
+  std::array<std::vector<double>, 3> ends_;  ///< of the cells on both sides of every interval; empty: its middle
   std::array<double, 3> dx_ = {1, 1, 1};
 };
 

@@ -77,13 +77,22 @@ TEST(Fibres, FlowAlongAWireIsExactWhereverItsEdgesLie) {
   EXPECT_LE(flow.between, 1e-9);
 }
 
-TEST(Fibres, WhatLiesBeyondAContactIsLeftToThePointsThere) {
-  // The copper's slice in the cells of the board's points hangs on nothing but the contact.
-  const std::string text = box_case({"1 m", "1 m"}, {5, 6}, "mlpg") + materials +
-                           "[body]\nalong = \"y\"\n[[body.layer]]\nmaterial = \"board\"\nthickness = \"0.67 m\"\n"
-                           "[[body.layer]]\nmaterial = \"copper\"\nthickness = \"0.33 m\"\n";
-  EXPECT_NEAR(flow_along(CaseModel(text), 0, 1).through, 0.3 * 0.67 + 390 * 0.33, 1e-7);
-  EXPECT_NEAR(flow_along(CaseModel(text + "contact = \"10 W/(m^2 K)\"\n"), 0, 1).through, 0.3 * 0.7 + 390 * 0.3, 1e-7);
+TEST(Fibres, WhatLiesBeyondAContactConductsByThePointsThere) {
+  // Layers end at the contact, so do their cells: it changes nothing for heat that runs along. The slice of a region in
+  // the cells of the points around it hangs on nothing but the contact: it is left to the region's points.
+  const std::string board = box_case({"1 m", "1 m"}, {5, 6}, "mlpg") + materials;
+  const std::string layers = board +
+                             "[body]\nalong = \"y\"\n[[body.layer]]\nmaterial = \"board\"\nthickness = \"0.67 m\"\n"
+                             "[[body.layer]]\nmaterial = \"copper\"\nthickness = \"0.33 m\"\n";
+  const std::string region = board +
+                             "[body]\nmaterial = \"board\"\n[[body.region]]\nmaterial = \"copper\"\nwhere = \"y > "
+                             "0.67\"\n";
+  const std::string contact = "contact = \"10 W/(m^2 K)\"\n";
+  const double exact = 0.3 * 0.67 + 390 * 0.33;
+  EXPECT_NEAR(flow_along(CaseModel(layers), 0, 1).through, exact, 1e-7);
+  EXPECT_NEAR(flow_along(CaseModel(layers + contact), 0, 1).through, exact, 1e-7);
+  EXPECT_NEAR(flow_along(CaseModel(region), 0, 1).through, exact, 1e-7);
+  EXPECT_NEAR(flow_along(CaseModel(region + contact), 0, 1).through, 0.3 * 0.7 + 390 * 0.3, 1e-7);
 }
 
 }  // namespace
