@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/resource.h>
 
 #include <algorithm>
 #include <iterator>
@@ -17,8 +18,23 @@
 #include "output/thermal_stress.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
+#include "solve/stepper.hpp"
 
 namespace calor {
+namespace {
+
+/// Bytes that the process with the most of them will need: what building took, which a run does too, the arrays of its
+/// steps and fields, and where equations are solved their matrix and its preconditioner. Collective.
+double expected_memory(const Cloud& cloud, double pairs, bool solves) {
+  constexpr double of_point = 90, of_pair = 24;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const double share = 1.0 / size_of(cloud.comm);
+  return 1024 * max(cloud.comm, static_cast<double>(usage.ru_maxrss)) +
+         share * (of_point * static_cast<double>(cloud.count) + (solves ? of_pair * pairs : 0));
+}
+
+}  // namespace
 
 int check_case(const Case& c, MPI_Comm comm) {
   Phases phases;
@@ -46,6 +62,8 @@ int check_case(const Case& c, MPI_Comm comm) {
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
   const double pairs = model.weights.contains("pairs") ? model.weights.at("pairs") : 0;
+  const bool solves = !integrator || !integrators().find(integrator->name())->is_explicit;
+  const double memory = expected_memory(cloud, pairs, solves);
   const auto powers = system.source_powers(0, system.temperatures(state.T));
   if (rank_of(comm) != 0) return 0;
 
@@ -73,8 +91,7 @@ int check_case(const Case& c, MPI_Comm comm) {
                                        model.weights.at("moment_error"), model.weights.at("negative_share")));
   if (integrator) line("integrator", fmt::format("{}: {}", integrator->name(), integrator->why));
   if (bound > 0) line("explicit step", fmt::format("stable up to {:.4g} s (Gershgorin)", 2 / bound));
-  // An explicit step streams 8 + 4 bytes a pair and some 30 arrays of the size of the cloud.
-  line("memory", fmt::format("about {:.3g} MB", (12 * pairs + 240. * static_cast<double>(cloud.count)) / 1e6));
+  line("memory", fmt::format("about {:.3g} MB{}", memory / 1e6, size_of(comm) > 1 ? " a process" : ""));
   for (const std::string& note : model.notes) line("note", note);
   return 0;
 }
