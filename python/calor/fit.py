@@ -1,15 +1,15 @@
 """Unknown numbers of a case from measurements: least squares, weighted by the noise.
 
-Gauss-Newton with Levenberg's and Marquardt's damping; derivatives by differences once, later by Broyden's updates, and by
+Gauss-Newton with Levenberg's and Marquardt's damping. Of readings of probes in a steady state every run gives the derivatives
+with the values, by its tangent or its adjoint; elsewhere they come by differences once, later by Broyden's updates, and by
 differences again at the end, from which the intervals follow. Runs that do not depend on each other go side by side.
 """
 from __future__ import annotations
 
-import csv
 import json
 import math
 import pathlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import Any
@@ -18,8 +18,10 @@ import numpy as np
 
 from . import convergence, quantities, toml
 from .case import Case
-from .command import CaseError, CommandError
-from .result import Array, Result, split_unit
+from .command import CommandError
+from .fields import Field, read_field
+from .readings import Data, read_data
+from .result import Array, Result
 from .unknowns import line_of, read_unknown, Unknown
 
 LONGEST_STEP = 0.5    # of an unknown in one step, of its value
@@ -27,97 +29,6 @@ DIFFERENCE = 1e-2     # of an unknown for a derivative: well above what adaptive
 CONVERGED = 0.1       # change of the unknowns in the end, of their standard deviations
 ALIKE = 0.9           # correlation of unknowns that can hardly be told apart
 VAGUE = 0.5           # standard deviation over the value of an unknown that the data do not tell
-
-
-@dataclass
-class Data:
-    """Measured values in SI units, times in s (inf: the end of the run)."""
-
-    name: str
-    of_probe: bool
-    t: Array
-    value: Array
-    noise: float
-    where: str  # file and line, or the case
-
-    def computed(self, result: Result) -> Array:
-        if self.of_probe:
-            history = result.probes
-            return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
-        if self.name not in result.numbers:
-            raise CommandError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
-        return np.full(self.value.shape, result.numbers[self.name])
-
-
-def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: float, probes: Sequence[str]) -> Data:
-    """One [[fit.data]]. Raises CaseError with place and cure."""
-    def refuse(problem: str, cure: str, place: str = where) -> CaseError:
-        return CaseError(f"{place}: {problem}: {cure}", place.split(":")[0], None, None, "fit.data")
-
-    of_probe = "probe" in entry
-    if of_probe == ("report" in entry):
-        raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
-    name = entry["probe"] if of_probe else entry["report"]
-    kind = "K" if of_probe else quantities.kind_of_number(name)
-    if of_probe and name not in probes:
-        raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
-    try:
-        noise = quantities.to_si(entry["noise"], kind, difference=True)
-        if not noise > 0:
-            raise refuse(f"a noise of {entry['noise']}", "give a standard deviation above 0")
-        if ("value" in entry) == ("file" in entry):
-            raise refuse("no measurements, or two kinds of them", "give either 'file' or 'value'")
-        if "value" in entry:
-            t = quantities.to_si(entry["at"], "s") if "at" in entry else math.inf
-            if t != math.inf and not 0 <= t <= end:
-                raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
-            return Data(name, of_probe, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)
-    except CommandError as error:
-        raise refuse(str(error), "correct it") from None
-    path = folder / entry["file"]
-    try:
-        with path.open(newline="") as file:
-            rows = list(csv.reader(file))
-    except OSError as error:
-        raise refuse(f"{path} cannot be read: {error.strerror}", "give the name of a CSV file relative to the case") from None
-    if not rows:
-        raise refuse(f"{path} is empty", "give a file with a line of headings")
-    headings = [split_unit(text.strip()) for text in rows[0]]
-    names = [heading for heading, _ in headings]
-    if "time" not in names:
-        raise refuse(f"{path} has no column 'time'", f"it has {', '.join(rows[0])}: name one 'time [s]'")
-    wanted = split_unit(entry["column"])[0] if "column" in entry else None
-    others = [n for n, heading in enumerate(names) if heading != "time"]
-    columns = [n for n in others if names[n] == wanted] if wanted else others
-    if len(columns) != 1:
-        raise refuse(f"{path} has {'no such' if not columns else 'several'} columns{f' named {wanted}' if wanted else ''}",
-                     f"take one of {', '.join(rows[0][n] for n in others)} as 'column'")
-    in_time, column = names.index("time"), columns[0]
-    times: list[float] = []
-    values: list[float] = []
-    try:
-        to_s = quantities.unit_of(headings[in_time][1], "s", f"{path}:1")
-        to_unit = quantities.unit_of(headings[column][1], kind, f"{path}:1")
-    except CommandError as error:
-        raise refuse(str(error), "write it into the heading, as in 'tc1 [degC]'") from None
-    for line, row in enumerate(rows[1:], 2):
-        place = f"{path}:{line}"
-        if not any(cell.strip() for cell in row):
-            continue
-        try:
-            at, measured = float(row[in_time]), float(row[column])
-        except (ValueError, IndexError):
-            raise refuse(f"{','.join(row)!r} is no row of numbers", "correct it, or leave the row out", place) from None
-        if not (math.isfinite(at) and math.isfinite(measured)):
-            raise refuse(f"{','.join(row)!r} is not finite", "leave the row out", place)
-        at = at * to_s[0]
-        if not 0 <= at <= end * (1 + 1e-9):
-            raise refuse(f"a time of {at:g} s outside the run, which ends at {end:g} s", "leave the row out, or let the run last longer", place)
-        times.append(at)
-        values.append(measured * to_unit[0] + to_unit[1])
-    if not times:
-        raise refuse(f"{path} has no rows", "give measurements")
-    return Data(name, of_probe, np.array(times), np.array(values), noise, where)
 
 
 @dataclass
@@ -136,11 +47,18 @@ class Fit:
     folder: pathlib.Path
     result: Result
     residuals: list[Array] = field(default_factory=list)
+    fields: list[Field] = field(default_factory=list)  # their values are the last of the unknowns
+    told: float = 0  # about how many combinations of the unknowns the data tell better than what was expected
+
+    @property
+    def single(self) -> int:
+        """How many unknowns are numbers of their own, and not of a field."""
+        return len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)
 
     def remarks(self) -> list[str]:
         """What the measurements do not tell, in sentences."""
         said = []
-        for n, u in enumerate(self.unknowns):
+        for n, u in enumerate(self.unknowns[: self.single]):
             if not math.isfinite(self.deviation[n]) or self.deviation[n] > VAGUE * abs(self.values[n]):
                 said.append(f"The data hardly tell {u.key}: measure closer to where it acts, or give what is known about it ('expected', 'within').")
             if self.values[n] in (u.low, u.high):
@@ -157,22 +75,38 @@ class Fit:
 
     def table(self) -> str:
         """For people."""
-        width = max(len(u.key) for u in self.unknowns)
+        width = max(len(key) for key in [*(u.key for u in self.unknowns[: self.single]), *(f.key for f in self.fields)])
         lines = [f"{sum(d.value.size for d in self.data)} measurements, {len(self.unknowns)} unknowns, {self.runs} runs; misfit {self.misfit:.2f} (1 as the noise says)"]
-        for n, u in enumerate(self.unknowns):
+        for n, u in enumerate(self.unknowns[: self.single]):
             shown = convergence.text(self.values[n], 1.96 * self.deviation[n], u.unit)
             lines.append(f"{u.key:<{width}}  {shown}  (95 %; start {u.start:g})")
-        if len(self.unknowns) > 1:
+        first = self.single
+        for f in self.fields:
+            part = slice(first, first := first + len(f.unknowns))
+            value, sure = self.values[part], 1.96 * self.deviation[part]
+            lines.append(f"{f.key:<{width}}  {value.size} values, {value.min():.4g} to {value.max():.4g} {f.unit}, "
+                         f"± {sure.min():.2g} to {sure.max():.2g} (95 %; expected ± {1.96 * f.within:.2g})")
+        if self.fields:
+            lines.append(f"the measurements tell about {self.told:.0f} combinations of the {len(self.unknowns)} unknowns; the rest is as expected before")
+        if self.single > 1:
             lines.append("correlation")
-            lines += ["  " + " ".join(f"{value:+.2f}" for value in row[: n + 1]) + f"  {self.unknowns[n].key}" for n, row in enumerate(self.correlation)]
+            lines += ["  " + " ".join(f"{value:+.2f}" for value in row[: n + 1]) + f"  {self.unknowns[n].key}"
+                      for n, row in enumerate(self.correlation[: self.single])]
         return "\n".join(lines + self.remarks())
 
     def to_json(self) -> dict[str, Any]:
         return {"unknowns": [{"key": u.key, "unit": u.unit, "value": float(v), "deviation": float(s)} for u, v, s in zip(self.unknowns, self.values, self.deviation)],
-                "correlation": self.correlation.tolist(), "misfit": self.misfit, "runs": self.runs, "converged": self.converged,
+                "correlation": self.correlation[: self.single, : self.single].tolist(), "told": self.told, "misfit": self.misfit, "runs": self.runs, "converged": self.converged,
                 "remarks": self.remarks(),
                 "data": [{"name": d.name, "time": [None if math.isinf(t) else t for t in d.t.tolist()], "measured": d.value.tolist(),
                           "computed": (d.value + d.noise * r).tolist(), "noise": d.noise} for d, r in zip(self.data, self.residuals)]}
+
+
+def scales(x: Array, J: Array) -> Array:
+    """Sizes of the columns of J, by which changes of unknowns compare; of those that nothing feels their own."""
+    scale: Array = np.linalg.norm(J, axis=0)
+    scale[scale == 0] = 1 / np.abs(x[scale == 0])
+    return scale
 
 
 class Search:
@@ -184,26 +118,52 @@ class Search:
         if case.variant:
             raise CommandError("calor fit takes no variant: write the case as it is meant")
         asked = self.written.get("fit", {})
-        if not asked.get("unknown") or not asked.get("data"):
+        if not (asked.get("unknown") or asked.get("field")) or not asked.get("data"):
             raise CommandError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
         self.iterations = int(asked.get("iterations", 20))
-        self.unknowns = [read_unknown(self.written, entry, line_of(case.path, "fit.unknown", n)) for n, entry in enumerate(asked["unknown"])]
+        self.unknowns = [read_unknown(self.written, entry, line_of(case.path, "fit.unknown", n)) for n, entry in enumerate(asked.get("unknown", []))]
+        self.fields = [read_field(self.written, entry, line_of(case.path, "fit.field", n)) for n, entry in enumerate(asked.get("field", []))]
+        # What is expected: rows W of the unknowns from `first` on, whose W (x - mean) are independent numbers of size 1.
+        self.expected = [(n, np.array([[1 / u.within]]), u.expected) for n, u in enumerate(self.unknowns) if u.expected is not None]
+        for f in self.fields:
+            self.expected.append((len(self.unknowns), f.whitening, f.mean))
+            self.unknowns += f.unknowns
         end = quantities.to_si(self.written["time"]["end"], "s") if "time" in self.written else math.inf
         home = case.path.parent if case.path else pathlib.Path(".")
-        self.data = [read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))
-                     for n, entry in enumerate(asked["data"])]
+        self.data = [data for n, entry in enumerate(asked["data"])
+                     for data in read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))]
+        # Does a run give the derivatives of all that is measured?
+        self.has_derivatives = "steady" in self.written and all(d.of_probe for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
+        if self.fields and not self.has_derivatives:
+            raise CommandError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes alone: elsewhere derivatives would "
+                               "cost a run for every value")
         self.runs = 0
 
-    def run(self, x: Array) -> tuple[Array, Result]:
+    def run(self, x: Array, also: dict[str, Any] | None = None) -> tuple[Array, Result]:
         """Residuals over noise, what is expected of the unknowns among them."""
         values = {u.key: quantities.joined(value, u.unit) for u, value in zip(self.unknowns, x)}
         self.runs += 1
         number = self.runs
-        result = self.case.changed({**quantities.changes_at(self.written, values), "output.fields": False}).run(
+        result = self.case.changed({**quantities.changes_at(self.written, values), "output.fields": False, **(also or {})}).run(
             self.folder / f"run-{number}", show_progress=False)
         r = [(d.computed(result) - d.value) / d.noise for d in self.data]
-        r.append(np.array([(value - u.expected) / u.within for u, value in zip(self.unknowns, x) if u.expected is not None]))
+        r += [W @ (x[first: first + len(W)] - mean) for first, W, mean in self.expected]
         return np.concatenate(r), result
+
+    def run_with_derivatives(self, x: Array) -> tuple[Array, Result, Array]:
+        """Residuals, and dr/dx as the run gives it."""
+        single = self.unknowns[: len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)]
+        r, result = self.run(x, {"output.derivatives": [u.key for u in single] + [f.key for f in self.fields]})
+        J = np.zeros((r.size, x.size))
+        derivatives = [result.derivatives[u.key] for u in self.unknowns]
+        row = 0
+        for d in self.data:
+            J[row: row + d.value.size] = np.array([by[d.name] for by in derivatives]) / d.noise
+            row += d.value.size
+        for first, W, _ in self.expected:
+            J[row: row + len(W), first: first + len(W)] = W
+            row += len(W)
+        return r, result, J
 
     def derivatives(self, x: Array, r: Array) -> Array:
         """dr/dx by differences, side by side."""
@@ -219,47 +179,65 @@ class Search:
         with ThreadPoolExecutor(self.j) as pool:
             return np.column_stack(list(pool.map(column, range(x.size))))
 
-    def search(self) -> Fit:
+    def step(self, x: Array, r: Array, J: Array, damping: float) -> Array | None:
+        """The next values, within the limits; None where these hold all."""
         low, high = np.array([u.low for u in self.unknowns]), np.array([u.high for u in self.unknowns])
+        free = ~(((x <= low) & (J.T @ r > 0)) | ((x >= high) & (J.T @ r < 0)))
+        if not free.any():
+            return None
+        A = np.vstack([J[:, free], np.diag(math.sqrt(damping) * scales(x, J)[free])])
+        step = np.zeros_like(x)
+        Q, R = np.linalg.qr(A)  # the damping keeps it regular
+        step[free] = np.linalg.solve(R, Q[: r.size].T @ -r)
+        longest = np.max(np.abs(step) / (LONGEST_STEP * np.abs(x)))
+        trial: Array = np.clip(x + step / max(longest, 1), low, high)
+        return trial
+
+    def search(self) -> Fit:
         x = np.array([u.start for u in self.unknowns])
-        r, result = self.run(x)
-        J, damping, converged = self.derivatives(x, r), 1e-3, False
+        if self.has_derivatives:
+            r, result, J = self.run_with_derivatives(x)
+        else:
+            r, result = self.run(x)
+            J = self.derivatives(x, r)
+        damping, converged = 1e-3, False
         is_fresh, has_failed = True, False  # the derivatives; the last step
+        near = CONVERGED * math.sqrt(min(x.size, sum(d.value.size for d in self.data)))
         for _ in range(self.iterations):
-            scale = np.linalg.norm(J, axis=0)
-            scale[scale == 0] = 1 / np.abs(x[scale == 0])
-            free = ~(((x <= low) & (J.T @ r > 0)) | ((x >= high) & (J.T @ r < 0)))
-            if not free.any():
-                converged = True
-                break
-            A = np.vstack([J[:, free], np.diag(math.sqrt(damping) * scale[free])])
-            step = np.zeros_like(x)
-            step[free] = np.linalg.lstsq(A, np.concatenate([-r, np.zeros(free.sum())]), rcond=None)[0]
-            longest = np.max(np.abs(step) / (LONGEST_STEP * np.abs(x)))
-            trial = np.clip(x + step / max(longest, 1), low, high)
+            trial = self.step(x, r, J, damping)
             # In units of the standard deviations that these derivatives give.
-            moved = np.linalg.norm(J @ (trial - x))
-            if moved < CONVERGED * math.sqrt(x.size) and is_fresh:
+            if trial is None or (np.linalg.norm(J @ (trial - x)) < near and is_fresh):
                 converged = True
                 break
-            r_new, result_new = self.run(trial)
-            self.say(f"run {self.runs}: misfit {float(r_new @ r_new) / max(r.size - x.size, 1):.4g} at "
-                     + ", ".join(str(quantities.joined(float(f"{v:.5g}"), u.unit)) for u, v in zip(self.unknowns, trial)))
-            s, before = trial - x, r @ r
-            weight = s * scale**2
-            J, was_fresh, is_fresh = J + np.outer(r_new - r - J @ s, weight / (s @ weight)), is_fresh, False  # Broyden
+            if self.has_derivatives:
+                r_new, result_new, J_new = self.run_with_derivatives(trial)
+            else:
+                r_new, result_new = self.run(trial)
+                s = trial - x
+                weight = s * scales(x, J) ** 2
+                J_new = J + np.outer(r_new - r - J @ s, weight / (s @ weight))  # Broyden
+            self.say(f"run {self.runs}: misfit {float(r_new @ r_new) / max(r.size - x.size, 1):.4g}{self.shown(trial)}")
+            before, was_fresh = r @ r, is_fresh
+            is_fresh = self.has_derivatives
             if r_new @ r_new < before:
-                x, r, result, damping, has_failed = trial, r_new, result_new, damping / 10, False
-                if before - r @ r < CONVERGED**2 * x.size:  # nothing that noise would let see
+                x, r, J, result, damping, has_failed = trial, r_new, J_new, result_new, damping / 10, False
+                if before - r @ r < near**2:  # nothing that noise would let see
                     converged = True
                     break
-            elif was_fresh or not has_failed:
+                continue
+            if self.has_derivatives or was_fresh or not has_failed:
                 damping, has_failed = max(10 * damping, 1e-2), True
+                J = J if self.has_derivatives else J_new
             else:
                 J, is_fresh, has_failed = self.derivatives(x, r), True, False
         if not is_fresh:
             J = self.derivatives(x, r)
         return self._fit(x, r, J, result, converged)
+
+    def shown(self, x: Array) -> str:
+        single = len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)
+        shown = ", ".join(str(quantities.joined(float(f"{v:.5g}"), u.unit)) for u, v in zip(self.unknowns[:single], x))
+        return f" at {shown}" if shown else ""
 
     def _fit(self, x: Array, r: Array, J: Array, result: Result, converged: bool) -> Fit:
         size = np.abs(x)
@@ -268,12 +246,14 @@ class Search:
             covariance = (V.T * np.where(s > 1e-12 * s[0], 1 / np.maximum(s, 1e-300) ** 2, 1e24)) @ V
         deviation = np.sqrt(np.diag(covariance)) * size
         spread = np.sqrt(np.diag(covariance))
+        measured = J[: sum(d.value.size for d in self.data)]
+        told = float(np.sum((measured @ (covariance * np.outer(size, size))) * measured))
         residuals, first = [], 0
         for d in self.data:
             residuals.append(r[first: first + d.value.size])
             first += d.value.size
         return Fit(self.unknowns, self.data, x, deviation, covariance / np.outer(spread, spread), float(r @ r) / max(r.size - x.size, 1),
-                   self.runs, converged, self.folder, result, residuals)
+                   self.runs, converged, self.folder, result, residuals, self.fields, told)
 
 
 def fit(case: Case | str, folder: str | pathlib.Path | None = None, *, j: int = 1, say: Callable[[str], None] = lambda line: None) -> Fit:

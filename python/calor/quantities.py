@@ -87,7 +87,9 @@ def changes_at(case: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, 
         if not below:
             changes[key] = value
             continue
-        whole = changes.setdefault(key, copy.deepcopy(at(case, key)))
+        if key not in changes:
+            changes[key] = copy.deepcopy(at(case, key))
+        whole = changes[key]
         for step in below[:-1]:
             whole = whole[step]
         whole[below[-1]] = value

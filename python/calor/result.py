@@ -191,6 +191,19 @@ class Result:
         return self._table("probes", "the case has no [probe]")
 
     @functools.cached_property
+    def derivatives(self) -> dict[str, dict[str, float]]:
+        """By number of the case and probe: derivatives["material.steel.conductivity"]["tip"], K over the unit of the number
+        there."""
+        path = self.folder / "derivatives.csv"
+        try:
+            with open(path, newline="") as file:
+                heading, *rows = csv.reader(file)
+            probes = [split_unit(text)[0] for text in heading[1:]]
+            return {row[0]: dict(zip(probes, map(float, row[1:]))) for row in rows}
+        except (OSError, ValueError) as error:
+            raise FileError(f"{path}: no derivatives: {error}: ask for them by [output] derivatives") from None
+
+    @functools.cached_property
     def balance(self) -> Table:
         """Heat flows, W, and temperatures of materials and faces, K, over time."""
         return self._table("balance", "it is not a result of calor run")

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "app/derivatives.hpp"
 #include "app/model.hpp"
 #include "app/say.hpp"
 #include "app/verbs.hpp"
@@ -47,6 +48,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   const Bounds bounds = bounds_of_all(cloud);
   Start begin = start(model);
   State& state = begin.state;
+  check_derivatives(c);
   make_observers({.description = c,
                   .system = system,
                   .probes = probes,

@@ -49,6 +49,7 @@ Properties, conditions and sources may depend on place, time and temperature. A 
 | a hump | `{ hump = [1, 1], factor = 0.4, along = "y", from = "0 mm", to = "10 mm" }` |
 | layers | `{ layers = [0.2, 0.15], along = "z", thickness = ["1 mm", "2 mm"], start = "0 mm", unit = "W/(m K)" }` |
 | a callback | `{ callback = "my law" }` |
+| a grid | `{ grid = [[20, 22], [19, 25]], along = ["x", "y"], from = ["0 mm", "0 mm"], to = ["100 mm", "80 mm"], unit = "W/(m K)" }` |
 
 `unit` is the unit of the value; functions without dimension need none. A formula knows x, y, z, r, t, T, pi, e, the names
 in `[parameter]` and `[function]`, the operators `+ - * / ^ < > <= >= == != && ||` and `condition ? yes : no`, and the functions sqrt, cbrt,
@@ -70,6 +71,9 @@ first + (last - first) (e^(B s) - 1)/(e^B - 1), both with `values = [first, last
 Layers lie on top of each other along an axis from `start` upwards; `thickness` is one for all or one a layer.
 
 A callback is a function of the program that reads the case, in SI units, such as one in Python (docs/core.md); the command has none.
+
+A grid has values at evenly spaced nodes from `from` to `to`, one list for every node along the first axis of `along`, and is linear
+in between along every axis. It must cover the body.
 
 ## Variants and changes
 

@@ -42,6 +42,7 @@ Json function(const Key& key) {
        {"of", "along", "unit", "temperature", "time", "length", "interpolation"}},
       {"file", text, {"of", "along", "interpolation"}},
       {"layers", {{"type", "array"}, {"minItems", 1}}, {"along", "thickness", "start", "unit"}},
+      {"grid", {{"type", "array"}, {"minItems", 2}}, {"along", "from", "to", "unit"}},
       {"power", {{"type", "number"}}, {"along", "from", "to", "values", "unit"}},
       {"exponential", {{"type", "number"}}, {"along", "from", "to", "values", "unit"}},
       {"hump", pair, {"along", "from", "to", "factor", "unit"}},

@@ -121,6 +121,12 @@ void require_level(const Case& c, const Model& m) {
                     cure);
 }
 
+/// The materials where the terms of the discretisation want them besides the nodes.
+void add_locations(std::vector<MaterialField>& materials, const Discretisation& discretisation) {
+  for (const QuadraturePoints* points : discretisation.locations)
+    materials.emplace_back(materials.front(), points->x, points->tag, points->part);
+}
+
 double number(const MethodReport& report, const std::string& name) {
   const auto found = report.find(name);
   return found == report.end() ? 0 : found->second;
@@ -168,18 +174,18 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   for (const auto& source : sources) std::ranges::copy(source->notes, std::back_inserter(m.notes));
   std::ranges::copy(note_on_absolute_zero(*m.cloud, conditions, m.T_start), std::back_inserter(m.notes));
   double driving_mean = 0;
-  TemperatureRange range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
+  m.range = expected_range(*m.cloud, conditions, m.T_start, driving_mean);
   if (!c.root().has("initial") && !twin) {
     if (!steady)
       c.root().refuse("", "a transient case needs the temperature at the start",
                       "add [initial] with temperature = \"293 K\"");
     m.T_start.assign(m.cloud->owned, driving_mean);
   }
-  range.reference = volume_mean(*m.cloud, m.T_start);
+  m.range.reference = volume_mean(*m.cloud, m.T_start);
 
   Discretisation discretisation;
   std::vector<MaterialField> materials;
-  materials.emplace_back(c, *m.cloud, range);
+  materials.emplace_back(c, *m.cloud, m.range);
   const Probes probes(c, *m.cloud);  // refuses what does not fit, before the weights take their time
   located(cloud_location, [&] {
     try {
@@ -201,8 +207,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   if (twin) sources.push_back(make_twin_source(c, *twin, *m.cloud, conditions, materials.front()));
   if (discretisation.subdomains)
     for (const auto& source : sources) source->integrate_over(*discretisation.subdomains);
-  for (const QuadraturePoints* points : discretisation.locations)
-    materials.emplace_back(materials.front(), points->x, points->tag, points->part);
+  add_locations(materials, discretisation);
   if (const double negative = number(m.weights, "negative_weights"); negative > 0)
     m.notes.push_back(
         fmt::format("{:g} of {:g} weights of pairs are negative, the lowest {:.2g} times the mean: temperatures may "
@@ -212,6 +217,13 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
                                           std::move(conditions), std::move(sources));
   if (steady) require_level(c, m);
   return m;
+}
+
+std::vector<MaterialField> materials_of(const Case& c, const Model& model) {
+  std::vector<MaterialField> materials;
+  materials.emplace_back(c, *model.cloud, model.range);
+  add_locations(materials, model.system->discretisation());
+  return materials;
 }
 
 Start start(const Model& m) {

@@ -22,10 +22,15 @@ struct Model {
   std::vector<double> T_start;  ///< owned points, K, walls not imposed
   /// Areas on which heat flows by the sections of [boundary.*] that have a flux, m^2.
   std::vector<std::pair<std::string, double>> heated_areas = {};
+  TemperatureRange range = {};  ///< that the material's curves are sampled over
 };
 
 /// Builds everything up to the heat system. Collective; throws Error.
 Model build_model(const Case& c, MPI_Comm comm, Phases& phases);
+
+/// The materials of a case in the body and discretisation of a model of another case, which differ in conductivities
+/// alone. Collective; throws Error.
+std::vector<MaterialField> materials_of(const Case& c, const Model& model);
 
 struct Start {
   State state;                         ///< at t = 0, walls imposed

@@ -6,7 +6,9 @@
 
 #include <filesystem>
 #include <optional>
+#include <utility>
 
+#include "app/derivatives.hpp"
 #include "app/interrupts.hpp"
 #include "app/march.hpp"
 #include "app/model.hpp"
@@ -119,7 +121,8 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .folder = options.folder,
                        .is_quiet = options.quiet,
                        .phases = phases};
-  const Observers observers = make_observers(setup);
+  Observers observers = make_observers(setup);
+  if (auto derivatives = make_derivative_log(setup, model)) observers.push_back(std::move(derivatives));
   const std::unique_ptr<Integrator> integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
   introduce(c, model, probes, integrator.get());
   RunResult result;

@@ -20,6 +20,16 @@ void declare_studies(Schema& schema) {
                 {"expected", Kind::raw_quantities, "", optional, "What is known about it without the measurements ..."},
                 {"within", Kind::raw_quantities, "", optional, "... as a standard deviation."}}});
   schema.add(
+      {.path = "fit.field[]",
+       .sentence = "The values of a grid that are not known; of a steady case, from readings of probes.",
+       .keys = {{"key", Kind::text, "", required, "Where it stands, such as \"material.plate.conductivity.grid\"."},
+                {"expected", Kind::raw_quantities, "", required, "What they are expected to be on average ..."},
+                {"within", Kind::raw_quantities, "", required, "... with this standard deviation."},
+                {"length", Kind::quantity, "m", required,
+                 "How far apart values differ: their correlation has fallen to a half at this distance."},
+                {"from", Kind::raw_quantities, "", optional, "They are at least this."},
+                {"to", Kind::raw_quantities, "", optional, "They are at most this."}}});
+  schema.add(
       {.path = "fit.data[]",
        .sentence = "Measurements: a column of a CSV file, or one value.",
        .keys = {
@@ -27,7 +37,8 @@ void declare_studies(Schema& schema) {
            {"report", Kind::text, "", optional,
             "a number of report.json at the end of the run, such as \"heat_flow.air\", W, or \"largest_width\", m."},
            {"file", Kind::text, "", optional,
-            "A CSV file, relative to the case, with a column time, such as \"time [s]\"."},
+            "A CSV file, relative to the case, with a column time, such as \"time [s]\"; of a steady case, without "
+            "'probe', with a column probe and one of temperatures."},
            {"column", Kind::text, "", optional,
             "Its column with the measurements, such as \"tc1 [degC]\"; without it the only other one."},
            {"value", Kind::raw_quantities, "", optional, "One value in place of a file."},

@@ -11,7 +11,7 @@
 #include "base/csv.hpp"
 #include "base/units.hpp"
 #include "case/case.hpp"
-#include "case/values.hpp"
+#include "case/function_table.hpp"
 
 namespace calor {
 namespace {
@@ -19,7 +19,6 @@ namespace {
 const Key length_unit{"length", Kind::text, "", "m", "Unit of x, y, z and r in the formula."};
 const Key time_unit{"time", Kind::text, "", "s", "Unit of the times."};
 const Key temperature_unit{"temperature", Kind::text, "", "K", "Unit of the temperatures."};
-const Key unit_key{"unit", Kind::text, "", required, "Unit of the values."};
 const Key argument_key{"of", Kind::choice, "", optional, "What a table goes by.", {"temperature", "time"}};
 const Key interpolation_key{"interpolation", Kind::choice, "", "linear", "Between rows.", {"linear", "cubic"}};
 const Key breaks_key{"breaks", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
@@ -34,84 +33,6 @@ const Key power_key{"power", Kind::number, "", required, "M in s^M."};
 const Key exponential_key{"exponential", Kind::number, "", required, "B in (e^(B s) - 1)/(e^B - 1)."};
 const Key factor_key{"factor", Kind::number, "", required, "A in A s^n (1 - s)^z."};
 const Key hump_key{"hump", Kind::numbers, "", required, "n and z in s^n (1 - s)^z."};
-
-/// The sub-keys of one function value: { formula = ..., unit = ... }.
-class FunctionTable {
- public:
-  FunctionTable(const Value& table, const Key& owner, const std::string& form, const std::vector<std::string>& others)
-      : table_(table), owner_(owner) {
-    std::vector<std::string> known{form};
-    known.insert(known.end(), others.begin(), others.end());
-    for (const Entry& entry : table.entries) {
-      if (std::ranges::count(known, entry.key)) continue;
-      const std::string near = nearest(entry.key, known);
-      throw Error(Fault::bad_case, entry.key_location,
-                  fmt::format("'{}' is not a key of {} = {{ {} = ... }}", entry.key, owner.name, form),
-                  near.empty() ? fmt::format("its keys are {}", fmt::join(known, ", "))
-                               : fmt::format("did you mean '{}'?", near));
-    }
-  }
-
-  const Value* find(const Key& key) const { return table_.find(key.name); }
-
-  /// The value, or the default; refuses where there is none.
-  Value get(const Key& key) const {
-    if (const Value* v = find(key)) return *v;
-    if (!has_fallback(key))
-      refuse_value(table_, fmt::format("{} = {{ ... }} needs '{}'", owner_.name, key.name),
-                   fmt::format("add {} = {}", key.name, wanted(key)));
-    return fallback_value(key, table_.location);
-  }
-
-  /// A unit that converts to `si_unit`.
-  std::string unit(const Key& key, const std::string& si_unit) const {
-    const Value v = get(key);
-    std::string unit = read_text(v, key);
-    try {
-      to_si(1, unit, si_unit);
-    } catch (const std::invalid_argument& e) {
-      refuse_value(
-          v, fmt::format("'{}' of {}: {}", key.name, owner_.name, e.what()),
-          si_unit.empty() ? "leave the unit out" : fmt::format("write {}, or a unit that converts to it", si_unit));
-    }
-    return unit;
-  }
-
-  /// The unit of the values: required unless the key has no dimension.
-  std::string value_unit() const {
-    if (!find(unit_key)) {
-      if (owner_.unit.empty()) return "";
-      refuse_value(table_, fmt::format("{} = {{ ... }} has no unit", owner_.name),
-                   fmt::format("it needs a unit, e.g. unit = \"{}\"", owner_.unit));
-    }
-    return unit(unit_key, owner_.unit);
-  }
-
-  /// A value of the function itself: a quantity, or a number in the unit of the values.
-  double value(const Value& v, const std::string& name) const {
-    if (v.is_number()) {
-      if (!std::isfinite(v.number))
-        refuse_value(v, fmt::format("'{}' holds a value that is not finite", name), "write a finite number");
-      return to_si(v.number, value_unit(), owner_.unit);
-    }
-    Key key = owner_;
-    key.kind = Kind::quantity;
-    key.name = name;
-    return read_number(v, key);
-  }
-
-  const Value& table() const { return table_; }
-  const Key& owner() const { return owner_; }
-
- private:
-  const Value& table_;
-  const Key& owner_;
-};
-
-/// What the key takes and what it is for: for values whose form is wrong altogether.
-std::string explained(const Key& key) {
-  return fmt::format("write {}{}{}", wanted(key), key.sentence.empty() ? "" : ". ", key.sentence);
-}
 
 Function read_formula(const FunctionTable& parts, const Context& context) {
   const Value text = *parts.table().find("formula");
@@ -354,8 +275,10 @@ Function read_function(const Value& value, const Key& key, const Context& contex
   if (value.find("file")) return read_table({value, key, "file", {"of", "along", "interpolation"}}, context);
   if (value.find("layers")) return read_layers({value, key, "layers", {"along", "thickness", "start", "unit"}});
   if (value.find("callback")) return read_callback({value, key, "callback", {}}, context);
+  if (value.find("grid")) return read_grid({value, key, "grid", {"along", "from", "to", "unit"}});
   refuse_value(
-      value, fmt::format("'{}' is a table without formula, table, file, layers, power, exponential or hump", key.name),
+      value,
+      fmt::format("'{}' is a table without formula, table, file, layers, grid, power, exponential or hump", key.name),
       explained(key));
 }
 

@@ -9,7 +9,7 @@ namespace {
 
 /// The key that says what kind of function a table is; "" for other tables.
 std::string form_of_function(const Value& v) {
-  for (const char* form : {"formula", "table", "file", "layers", "power", "exponential", "hump", "callback"})
+  for (const char* form : {"formula", "table", "file", "layers", "grid", "power", "exponential", "hump", "callback"})
     if (v.is_table() && v.find(form)) return form;
   return "";
 }

@@ -233,10 +233,8 @@ bool has_fallback(const Key& key) {
 }
 
 Value fallback_value(const Key& key, const SourceLocation& location) {
-  Value value = read_toml_value(key.fallback, location);
-  if ((key.kind == Kind::text || key.kind == Kind::choice) && value.type != Value::Type::text)
-    return Value::of_text(key.fallback, location);
-  return value;
+  if (key.kind == Kind::text || key.kind == Kind::choice) return Value::of_text(key.fallback, location);
+  return read_toml_value(key.fallback, location);
 }
 
 std::string wanted(const Key& key) {

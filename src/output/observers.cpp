@@ -49,6 +49,11 @@ void declare_output(Schema& schema) {
             "How often, by the clock, a run is stored so that `calor run CASE --restart` can go on from there; "
             "0 s: only when it is interrupted or its --time-limit is over."},
            {"checkpoint_steps", Kind::integer, "", optional, "The run is stored every so many steps as well."},
+           {"derivatives", Kind::texts, "", optional,
+            "Numbers of the case, such as \"material.steel.conductivity\" or, entry by entry, "
+            "\"material.steel.conductivity.grid\": derivatives.csv has the derivatives of the temperatures of all probes "
+            "by them: of a steady state by its tangent or its adjoint, whichever takes fewer solutions, of a run by "
+            "tr-bdf2 by the tangents of its steps."},
            {"temperature", Kind::text, "", "K",
             "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
             "command line --units degC. Files of numbers keep to K."},

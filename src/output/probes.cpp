@@ -329,6 +329,19 @@ std::vector<double> Probes::temperatures(std::span<const double> T) const {
   return values;
 }
 
+void Probes::add_weights(int probe, std::span<double> w) const {
+  if (!value_rows_) {
+    for (const Entry& e : entries_)
+      if (e.slot >= first_slot_[probe] && e.slot < first_slot_[probe + 1]) w[e.point] += e.weight;
+    return;
+  }
+  const auto own = std::ranges::find(own_, probe);
+  if (own == own_.end()) return;
+  const auto columns = value_rows_->columns(own - own_.begin());
+  const auto values = value_rows_->values(own - own_.begin());
+  for (std::size_t n = 0; n < columns.size(); ++n) w[columns[n]] += values[n];
+}
+
 Vec3 place_of(const Table& table, const std::string& key, const Cloud& cloud) {
   const std::vector<double> x = table.numbers(key);
   if (static_cast<int>(x.size()) != cloud.dimension)

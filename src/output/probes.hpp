@@ -41,6 +41,8 @@ class Probes {
   /// The temperatures of the probes from the unknowns, as HeatSystem::values leaves them (ghosts up to date).
   /// Collective.
   std::vector<double> temperatures(std::span<const double> T) const;
+  /// Adds this rank's part of the weights w of a probe to those of the local points: its temperature is w . u.
+  void add_weights(int probe, std::span<double> w) const;
 
  private:
   void ask(const Dofs* dofs);

@@ -30,7 +30,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       conditions_(std::move(conditions)),
       sources_(std::move(sources)),
       discretisation_(std::move(discretisation)),
-      at_(*discretisation_.dofs, coefficients(materials_, discretisation_)),
+      at_(std::in_place, *discretisation_.dofs, coefficients(materials_, discretisation_)),
       accounts_(conditions_.accounts),
       role_(cloud.owned, Role::free) {
   for (const SurfaceTerm& term : conditions_.fluxes)
@@ -67,6 +67,11 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
   is_known_.assign(is_known.begin(), is_known.end());
 }
 
+void HeatSystem::exchange_materials(std::vector<MaterialField>& materials) {
+  materials_.swap(materials);
+  at_.emplace(*discretisation_.dofs, coefficients(materials_, discretisation_));
+}
+
 int HeatSystem::boundary_accounts() const { return static_cast<int>(conditions_.accounts.size()); }
 
 State HeatSystem::start(double t, std::span<const double> T_owned) {
@@ -99,9 +104,9 @@ void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::s
   std::ranges::fill(F, 0);
   std::ranges::fill(power, 0);
   for (HeatTerm* term : terms_) term->prepare(t);
-  at_.begin(t, u);
+  at_->begin(t, u);
   collective_try(cloud_.comm, [&] {
-    for (HeatTerm* term : terms_) term->add_rate(at_, F, power);
+    for (HeatTerm* term : terms_) term->add_rate(*at_, F, power);
   });
   if (!has_massless_points_) return;
   for (int i = 0; i < cloud_.owned; ++i)
@@ -110,12 +115,12 @@ void HeatSystem::rate(double t, std::span<double> u, std::span<double> F, std::s
 
 std::vector<double> HeatSystem::wall_temperatures(double t, std::span<double> u) {
   cloud_.halo.update(u);
-  at_.begin(t, u);
+  at_->begin(t, u);
   std::vector<double> T_wall;
   collective_try(cloud_.comm, [&] {
-    const std::span<const double> T = at_.T();
+    const std::span<const double> T = at_->T();
     for (const Facet& facet : cloud_.facets) T_wall.push_back(T[facet.point]);
-    if (wall_fluxes_) wall_fluxes_->wall_temperatures(at_, T_wall);
+    if (wall_fluxes_) wall_fluxes_->wall_temperatures(*at_, T_wall);
     for (const PrescribedTerm& term : conditions_.temperatures) {
       if (term.facet.empty()) continue;
       std::vector<double> held(term.x.size());
@@ -149,13 +154,13 @@ std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {
 }
 
 void HeatSystem::energy(std::span<const double> u, std::span<double> E) {
-  at_.begin(0, u);
-  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, E, {}); });
+  at_->begin(0, u);
+  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(*at_, E, {}); });
 }
 
 void HeatSystem::capacity(std::span<const double> u, std::span<double> C) {
-  at_.begin(0, u);
-  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(at_, {}, C); });
+  at_->begin(0, u);
+  collective_try(cloud_.comm, [&] { discretisation_.capacity->evaluate(*at_, {}, C); });
 }
 
 void HeatSystem::find_temperatures(std::span<const double> E, std::span<double> T) {
@@ -203,7 +208,7 @@ void HeatSystem::correct_by_enthalpy(std::span<double> u, std::span<double> du) 
 }
 
 void HeatSystem::impose(double t, std::span<double> u, std::span<double> E, std::span<double> cumulative_heat) {
-  for (const auto& constraint : discretisation_.constraints) constraint->impose(at_, t, u, E, cumulative_heat);
+  for (const auto& constraint : discretisation_.constraints) constraint->impose(*at_, t, u, E, cumulative_heat);
 }
 
 void HeatSystem::set_known(double t, std::span<double> u) {
@@ -230,10 +235,10 @@ void HeatSystem::residual(double t, std::span<double> u, double rate_factor, std
     if (known.empty())
       std::ranges::fill(R, 0);
     else
-      discretisation_.capacity->evaluate(at_, R, {});
+      discretisation_.capacity->evaluate(*at_, R, {});
     for (int i = 0; i < cloud_.owned; ++i) R[i] -= rate_factor * F[i] + (known.empty() ? 0 : known[i]);
     for (const auto& constraint : discretisation_.constraints) {
-      constraint->residual(at_, R);
+      constraint->residual(*at_, R);
       for (const int i : constraint->points()) R[i] = -R[i];
     }
   });
@@ -241,18 +246,18 @@ void HeatSystem::residual(double t, std::span<double> u, double rate_factor, std
 
 void HeatSystem::residual_scale(double t, std::span<double> u, std::span<double> scale) {
   cloud_.halo.update(u);
-  at_.begin(t, u);
+  at_->begin(t, u);
   collective_try(cloud_.comm, [&] {
-    discretisation_.capacity->evaluate(at_, {}, scale);
-    for (const auto& constraint : discretisation_.constraints) constraint->scale(at_, scale);
+    discretisation_.capacity->evaluate(*at_, {}, scale);
+    for (const auto& constraint : discretisation_.constraints) constraint->scale(*at_, scale);
   });
 }
 
 void HeatSystem::heat_flux(double t, std::span<double> u, std::span<Vec3> q) {
   cloud_.halo.update(u);
   std::ranges::fill(q, Vec3{});
-  at_.begin(t, u);
-  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(at_, q); });
+  at_->begin(t, u);
+  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(*at_, q); });
 }
 
 std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) {
@@ -319,15 +324,15 @@ ValueRange HeatSystem::outer_temperatures(double t) {
 
 ValueRange HeatSystem::body_temperatures(std::span<double> u) {
   if (!discretisation_.dofs->are_temperatures()) cloud_.halo.update(u);
-  at_.begin(0, u);
-  const ValueRange range = range_of(at_.T());
+  at_->begin(0, u);
+  const ValueRange range = range_of(at_->T());
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 
 ValueRange HeatSystem::temperature_extremes(double t, std::span<const double> u) {
   const ValueRange outer = outer_temperatures(t);
-  at_.begin(t, u);
-  const ValueRange body = range_of(at_.T());
+  at_->begin(t, u);
+  const ValueRange body = range_of(at_->T());
   return {.low = min(cloud_.comm, std::min(body.low, outer.low)),
           .high = max(cloud_.comm, std::max(body.high, outer.high))};
 }

@@ -100,6 +100,9 @@ class HeatSystem {
   /// The residual of a stage, E(u) - rate_factor F(t, u) - known, J, or with empty `known` that of a steady state,
   /// -rate_factor F; constrained points have minus the residual of their constraint. Collective.
   void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R);
+  /// Puts other materials, at the same places, into the same discretisation, and gives back those that were there. They
+  /// may differ in the values of their conductivities alone.
+  void exchange_materials(std::vector<MaterialField>& materials);
   /// |dR_i/dT_i| of a stage of length 0: what makes a tolerance in K one of the residual. Collective.
   void residual_scale(double t, std::span<double> u, std::span<double> scale);
   /// An AIJ matrix with the right pattern and layout. Collective.
@@ -185,7 +188,7 @@ class HeatSystem {
   std::vector<std::unique_ptr<HeatTerm>> exchange_;  ///< surface fluxes, sources
   WallFluxes* wall_fluxes_ = nullptr;                ///< one of these, on clouds without points on the walls
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
-  Evaluation at_;
+  std::optional<Evaluation> at_;
   std::vector<std::string> accounts_;
   std::vector<Role> role_;      ///< of owned points
   std::vector<char> is_known_;  ///< of local points: its degree of freedom

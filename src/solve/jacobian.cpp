@@ -73,18 +73,18 @@ void HeatSystem::jacobian(double t, std::span<double> u, double capacity_factor,
 void HeatSystem::assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen,
                           Mat J) {
   cloud_.halo.update(u);
-  at_.begin(t, u, frozen);
+  at_->begin(t, u, frozen);
   collective_try(cloud_.comm, [&] {
     petsc::check(MatZeroEntries(J));
     Entries rates(*this, Role::free, -rate_factor, J);
-    for (HeatTerm* term : terms_) term->add_jacobian(at_, rates);
+    for (HeatTerm* term : terms_) term->add_jacobian(*at_, rates);
     if (capacity_factor != 0) {
       Entries capacities(*this, Role::free, capacity_factor, J);
-      discretisation_.capacity->add_jacobian(at_, capacities);
+      discretisation_.capacity->add_jacobian(*at_, capacities);
     }
     for (const auto& constraint : discretisation_.constraints) {
       Entries rows(*this, constraint->is_massless() ? Role::massless : Role::prescribed, -1, J);
-      constraint->add_jacobian(at_, rows);
+      constraint->add_jacobian(*at_, rows);
     }
   });
   petsc::assemble(J);

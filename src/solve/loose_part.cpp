@@ -30,11 +30,11 @@ std::optional<Vec3> HeatSystem::loose_part(std::span<const double> T) {
   for (double& value : warmer) value += 0.5;
   discretisation_.dofs->solve(warmer, u);
   cloud_.halo.update(u);
-  at_.begin(0, u);
+  at_->begin(0, u);
   for (const auto& term : exchange_) term->prepare(0);
   collective_try(cloud_.comm, [&] {
-    for (const auto& term : exchange_) term->add_row_sums(at_, fixing);
-    for (const auto& term : discretisation_.walls) term->add_row_sums(at_, fixing);
+    for (const auto& term : exchange_) term->add_row_sums(*at_, fixing);
+    for (const auto& term : discretisation_.walls) term->add_row_sums(*at_, fixing);
   });
   for (const auto& constraint : discretisation_.constraints)
     if (constraint->traits().fixes_level)

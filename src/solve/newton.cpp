@@ -8,7 +8,7 @@
 #include "base/archive.hpp"
 #include "base/error.hpp"
 #include "base/parallel.hpp"
-#include "solve/aggregation_multigrid.hpp"
+#include "solve/linear_solver.hpp"
 
 namespace calor {
 
@@ -38,7 +38,7 @@ Newton::Newton(HeatSystem& system, Equations equations, bool steady)
   check(SNESLineSearchSetType(search, SNESLINESEARCHBT));
   if (equations_.correct_step) check(SNESLineSearchSetPreCheck(search, correct_step, this));
   if (equations_.residual_may_grow) check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
-  choose_linear_solver(steady);
+  choose_linear_solver(linear_solver(), system, steady);
   check(SNESSetFromOptions(snes_));
 }
 
@@ -46,34 +46,6 @@ KSP Newton::linear_solver() const {
   KSP solver = nullptr;
   check(SNESGetKSP(snes_, &solver));
   return solver;
-}
-
-void Newton::choose_linear_solver(bool steady) {
-  const Cloud& cloud = system_.cloud();
-  const bool symmetric = system_.jacobian_is_symmetric(), alone = size_of(cloud.comm) == 1;
-  // Stencils that are not symmetric (MLPG) are wide: factors fill in soon, and coarse levels are no help.
-  // In the plane a steady state still is worth a factorisation; the stages of a time step are well conditioned.
-  const bool wide =
-      !system_.frozen_jacobian_is_symmetric() && (cloud.dimension == 3 || (cloud.dimension == 2 && !steady));
-  // A factorisation fills in little for lines and planes, and is the most robust. In bodies it costs the square of the
-  // rows, times what a point couples to: an iteration is ten times faster from 9000 rows on.
-  const std::int64_t most_rows_for_direct = cloud.dimension == 3 || wide ? 2'000 : alone ? 100'000 : 20'000;
-  const KSP solver = linear_solver();
-  if (cloud.count <= most_rows_for_direct) {
-    petsc::factorise(solver, cloud.count, symmetric);
-    return;
-  }
-  PC preconditioner = nullptr;
-  check(KSPGetPC(solver, &preconditioner));
-  const bool is_linear = system_.jacobian_is_constant();
-  check(KSPSetType(solver, symmetric ? KSPCG : steady && !is_linear ? KSPGMRES : KSPBCGS));
-  check(KSPSetTolerances(solver, steady && !is_linear ? 1e-2 : 1e-9, 1e-300, PETSC_DEFAULT, 10'000));
-  if (steady && !wide) {
-    use_aggregation_multigrid(preconditioner, cloud);
-  } else {
-    check(PCSetType(preconditioner, PCBJACOBI));  // with ICC or ILU inside, of the rows of each rank
-    check(KSPSetInitialGuessNonzero(solver, PETSC_FALSE));
-  }
 }
 
 Newton::Result Newton::solve(std::span<double> T, int most_iterations, double size) {

@@ -66,7 +66,6 @@ class Newton {
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   /// J_ at T_.
   void evaluate_jacobian();
-  void choose_linear_solver(bool steady);
   KSP linear_solver() const;
   /// Largest |R_i| / unit_i. Collective.
   double largest_in_units_of(const std::vector<double>& unit) const;

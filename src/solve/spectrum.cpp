@@ -23,13 +23,13 @@ double HeatSystem::rate_bound(double t, std::span<double> u) { return largest_ro
 double HeatSystem::largest_row_sum(double t, std::span<double> u, double exchange_factor) {
   std::vector<double> sums(cloud_.owned), C(cloud_.owned);
   cloud_.halo.update(u);
-  at_.begin(t, u);
+  at_->begin(t, u);
   collective_try(cloud_.comm, [&] {
-    discretisation_.capacity->evaluate(at_, {}, C);
-    for (const auto& term : exchange_) term->add_row_sums(at_, sums);
+    discretisation_.capacity->evaluate(*at_, {}, C);
+    for (const auto& term : exchange_) term->add_row_sums(*at_, sums);
     for (double& sum : sums) sum *= exchange_factor;
-    discretisation_.conduction->add_row_sums(at_, sums);
-    for (const auto& term : discretisation_.walls) term->add_row_sums(at_, sums);
+    discretisation_.conduction->add_row_sums(*at_, sums);
+    for (const auto& term : discretisation_.walls) term->add_row_sums(*at_, sums);
   });
   double largest = 0;
   for (int i = 0; i < cloud_.owned; ++i)
@@ -92,7 +92,7 @@ double HeatSystem::largest_rate(double t, std::span<double> u) {
   assemble(t, u, 0, 1, true, J);
   if (material().mean() == Mean::integral)
     collective_try(cloud_.comm, [&] {
-      const std::span<const double> k = at_.at(Evaluation::nodes).k();
+      const std::span<const double> k = at_->at(Evaluation::nodes).k();
       for (int i = 0; i < cloud_.owned; ++i) scale[i] = k[i] > 0 ? 1 / std::sqrt(k[i]) : 1;
     });
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;

@@ -31,7 +31,7 @@ except ImportError as missing:
 
 matplotlib.use("Agg")
 
-from calor import (CalorError, Case, CaseError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
+from calor import (CalorError, Case, CaseError, CommandError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
                    optimise, plot, quantities, refine, stress, study, toml, twin)  # noqa: E402
 
 if len(sys.argv) > 1:
@@ -545,6 +545,66 @@ class Fits(unittest.TestCase):
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
+
+
+# A plate of 3 x 2 nodes: a flux q through it from the left, 300 K on the right; the right answer is known where all values are alike.
+PLATE = {
+    "title": "Plate", "method": "sph", "cloud": {"shape": "box", "size": ["0.1 m", "0.05 m"], "points": [11, 6]},
+    "material": {"m": {"conductivity": {"grid": [[5, 5], [5, 5], [5, 5]], "along": ["x", "y"], "from": ["0 m", "0 m"], "to": ["0.1 m", "0.05 m"],
+                                        "unit": "W/(m K)"}}},
+    "boundary": {"in": {"on": "xmin", "flux": "10 kW/m^2"}, "out": {"on": "xmax", "temperature": "300 K"}},
+    "steady": {}, "probe": {f"p{n}": [f"{2 * n} cm", f"{y} cm"] for n in range(4) for y in (n % 2 + 2,)},
+    "fit": {"field": [{"key": "material.m.conductivity.grid", "expected": "8 W/(m K)", "within": "4 W/(m K)", "length": "5 cm"}],
+            "data": [{"file": "plate.csv", "noise": "0.5 K"}]},
+}
+
+
+class Fields(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def fitted(self, changes=None, rows=None):
+        case = json.loads(json.dumps(PLATE))
+        toml.merge(case, changes or {})
+        pathlib.Path("plate.toml").write_text(toml.write(case))
+        # k = 8 everywhere: T = 300 + q (L - x) / k.
+        rows = rows or "".join(f"p{n},{300 + 1e4 * (0.1 - 0.02 * n) / 8 - 273.15:.6f}\n" for n in range(4))
+        pathlib.Path("plate.csv").write_text("probe,T [degC]\n" + rows)
+        return fit.fit("plate.toml", "fit")
+
+    def test_a_field_is_found_by_the_derivatives_that_a_run_gives(self):
+        found = self.fitted()
+        np.testing.assert_allclose(found.values, 8, atol=0.02)
+        self.assertLess(found.runs, 8)
+        self.assertTrue(1 < found.told < 4, found.told)
+        self.assertTrue(np.all(found.deviation < 4))
+        self.assertIn("6 values, ", found.table())
+        again = Case("fit/plate-fitted.toml").run("again", show_progress=False)
+        self.assertAlmostEqual(again.probes["p0"][-1], 425, delta=0.2)
+
+    def test_without_measurements_that_tell_the_field_is_as_expected(self):
+        found = self.fitted({"fit.data": [{"file": "plate.csv", "noise": "10000 K"}]})
+        np.testing.assert_allclose(found.values, 8, atol=0.8)  # the search ends within a fifth of the standard deviation, 4
+        np.testing.assert_allclose(found.deviation, 4, rtol=0.01)
+        self.assertLess(found.told, 0.1)
+
+    def test_derivatives_of_a_run_are_read_by_name(self):
+        case = copy.deepcopy({key: value for key, value in PLATE.items() if key != "fit"})
+        result = Case({**case, "output": {"derivatives": "boundary.in.flux"}}).run("once", show_progress=False)
+        self.assertAlmostEqual(result.derivatives["boundary.in.flux"]["p0"], 1000 * 0.1 / 5, delta=1e-6)
+
+    def test_what_does_not_fit_is_refused_with_its_line(self):
+        field = PLATE["fit"]["field"][0]
+        for changes, rows, words in (
+                (None, "p9,300\n", "plate.csv:2: the case has no probe 'p9'"),
+                (None, "p0,hot\n", "plate.csv:2: .* no probe with its temperature"),
+                (None, "p0,nan\n", "plate.csv:2: .* not finite"),
+                ({"fit.field": [{**field, "within": "0 W/(m K)"}]}, None, r"plate.toml:\d+: 'within' and 'length'"),
+                ({"fit.field": [{**field, "expected": "8 W/(cm K)"}]}, None, r"plate.toml:\d+: .* write both in one unit"),
+                ({"fit.field": [{**field, "key": "material.m.conductivity"}]}, None, r"plate.toml:\d+: .* is no grid"),
+                ({"fit.field": [{**field, "from": "6 W/(m K)"}]}, None, r"plate.toml:\d+: the grid has values outside"),
+                ({"fit.data": [{"report": "heat_flow.in", "value": "1 W", "noise": "1 W"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
+            with self.assertRaisesRegex(CommandError, words) if "takes a steady" in words else self.assertRaisesRegex(CaseError, words):
+                self.fitted(changes, rows)
 
 
 class Twins(unittest.TestCase):

@@ -613,8 +613,8 @@ TEST(BadFunction, HasAnUnknownKey) {
   EXPECT_TRUE(begins(message_of("{ formula = \"x\", table = [] }"),
                      "folder/a.toml:4:33: 'table' is not a key of conductivity = { formula = ... }: "));
   EXPECT_TRUE(begins(message_of("{ fromula = \"x\" }"),
-                     "folder/a.toml:4:16: 'conductivity' is a table without formula, table, file, layers, power, "
-                     "exponential or hump: wr"));
+                     "folder/a.toml:4:16: 'conductivity' is a table without formula, table, file, layers, grid, "
+                     "power, exponential or hump: wr"));
 }
 
 TEST(BadFunction, IsATableThatIsNone) {

@@ -1,0 +1,144 @@
+"""Measurements that a case names: columns of CSV files and single values."""
+from __future__ import annotations
+
+import csv
+import math
+import pathlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from . import quantities
+from .command import CaseError, CommandError
+from .result import Array, Result, split_unit
+
+
+@dataclass
+class Data:
+    """Measured values in SI units, times in s (inf: the end of the run)."""
+
+    name: str
+    of_probe: bool
+    t: Array
+    value: Array
+    noise: float
+    where: str  # file and line, or the case
+
+    def computed(self, result: Result) -> Array:
+        if self.of_probe:
+            history = result.probes
+            return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
+        if self.name not in result.numbers:
+            raise CommandError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
+        return np.full(self.value.shape, result.numbers[self.name])
+
+
+def refusal(problem: str, cure: str, place: str) -> CaseError:
+    return CaseError(f"{place}: {problem}: {cure}", place.split(":")[0], None, None, "fit.data")
+
+
+def read_rows(path: pathlib.Path, where: str) -> tuple[list[str], list[tuple[str, list[str]]]]:
+    """The headings of a CSV file, and its rows with their places. Raises CaseError."""
+    try:
+        with path.open(newline="") as file:
+            rows = list(csv.reader(file))
+    except OSError as error:
+        raise refusal(f"{path} cannot be read: {error.strerror}", "give the name of a CSV file relative to the case", where) from None
+    if not rows:
+        raise refusal(f"{path} is empty", "give a file with a line of headings", where)
+    return [text.strip() for text in rows[0]], [(f"{path}:{line}", row) for line, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row)]
+
+
+def read_probes(entry: Mapping[str, Any], where: str, folder: pathlib.Path, probes: Sequence[str]) -> list[Data]:
+    """A [[fit.data]] of a steady case with a file of many probes: columns probe and temperature. Raises CaseError."""
+    path = folder / entry["file"]
+    headings, rows = read_rows(path, where)
+    if len(headings) != 2 or headings[0] != "probe":
+        raise refusal(f"{path} has the columns {', '.join(headings)}", "name the probe, or give a file with the columns probe and, say, T [K]", where)
+    try:
+        noise = quantities.to_si(entry["noise"], "K", difference=True)
+        factor, offset = quantities.unit_of(split_unit(headings[1])[1], "K", f"{path}:1")
+    except CommandError as error:
+        raise refusal(str(error), "correct it", where) from None
+    if not noise > 0:
+        raise refusal(f"a noise of {entry['noise']}", "give a standard deviation above 0", where)
+    data = []
+    for place, row in rows:
+        try:
+            name, value = row[0].strip(), float(row[1])
+        except (ValueError, IndexError):
+            raise refusal(f"{','.join(row)!r} is no probe with its temperature", "correct it, or leave the row out", place) from None
+        if name not in probes:
+            raise refusal(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}", place)
+        if not math.isfinite(value):
+            raise refusal(f"{','.join(row)!r} is not finite", "leave the row out", place)
+        data.append(Data(name, True, np.array([math.inf]), np.array([value * factor + offset]), noise, place))
+    if not data:
+        raise refusal(f"{path} has no rows", "give measurements", where)
+    return data
+
+
+def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: float, probes: Sequence[str]) -> list[Data]:
+    """One [[fit.data]]; `end` of the run, s, infinite of a steady case. Raises CaseError with place and cure."""
+    def refuse(problem: str, cure: str, place: str = where) -> CaseError:
+        return refusal(problem, cure, place)
+
+    if math.isinf(end) and "file" in entry and "probe" not in entry and "report" not in entry:
+        return read_probes(entry, where, folder, probes)
+    of_probe = "probe" in entry
+    if of_probe == ("report" in entry):
+        raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
+    name = entry["probe"] if of_probe else entry["report"]
+    kind = "K" if of_probe else quantities.kind_of_number(name)
+    if of_probe and name not in probes:
+        raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
+    try:
+        noise = quantities.to_si(entry["noise"], kind, difference=True)
+        if not noise > 0:
+            raise refuse(f"a noise of {entry['noise']}", "give a standard deviation above 0")
+        if ("value" in entry) == ("file" in entry):
+            raise refuse("no measurements, or two kinds of them", "give either 'file' or 'value'")
+        if "value" in entry:
+            t = quantities.to_si(entry["at"], "s") if "at" in entry else math.inf
+            if t != math.inf and not 0 <= t <= end:
+                raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
+            return [Data(name, of_probe, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)]
+    except CommandError as error:
+        raise refuse(str(error), "correct it") from None
+    path = folder / entry["file"]
+    written, rows = read_rows(path, where)
+    headings = [split_unit(text) for text in written]
+    names = [heading for heading, _ in headings]
+    if "time" not in names:
+        raise refuse(f"{path} has no column 'time'", f"it has {', '.join(written)}: name one 'time [s]'")
+    wanted = split_unit(entry["column"])[0] if "column" in entry else None
+    others = [n for n, heading in enumerate(names) if heading != "time"]
+    columns = [n for n in others if names[n] == wanted] if wanted else others
+    if len(columns) != 1:
+        raise refuse(f"{path} has {'no such' if not columns else 'several'} columns{f' named {wanted}' if wanted else ''}",
+                     f"take one of {', '.join(written[n] for n in others)} as 'column'")
+    in_time, column = names.index("time"), columns[0]
+    times: list[float] = []
+    values: list[float] = []
+    try:
+        to_s = quantities.unit_of(headings[in_time][1], "s", f"{path}:1")
+        to_unit = quantities.unit_of(headings[column][1], kind, f"{path}:1")
+    except CommandError as error:
+        raise refuse(str(error), "write it into the heading, as in 'tc1 [degC]'") from None
+    for place, row in rows:
+        try:
+            at, measured = float(row[in_time]), float(row[column])
+        except (ValueError, IndexError):
+            raise refuse(f"{','.join(row)!r} is no row of numbers", "correct it, or leave the row out", place) from None
+        if not (math.isfinite(at) and math.isfinite(measured)):
+            raise refuse(f"{','.join(row)!r} is not finite", "leave the row out", place)
+        at = at * to_s[0]
+        if not 0 <= at <= end * (1 + 1e-9):
+            raise refuse(f"a time of {at:g} s outside the run, which ends at {end:g} s", "leave the row out, or let the run last longer", place)
+        times.append(at)
+        values.append(measured * to_unit[0] + to_unit[1])
+    if not times:
+        raise refuse(f"{path} has no rows", "give measurements")
+    return [Data(name, of_probe, np.array(times), np.array(values), noise, where)]

@@ -1,0 +1,17 @@
+#pragma once
+// derivatives.csv: what the temperatures of the probes change by with numbers of the case.
+#include <memory>
+
+#include "app/model.hpp"
+#include "output/observer.hpp"
+
+namespace calor {
+
+/// What [output] derivatives asks for; null where it asks for nothing. Run and model must outlive it. Collective;
+/// throws Error.
+std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model);
+
+/// Refuses what it asks for and cannot have. Throws Error.
+void check_derivatives(const Case& c);
+
+}  // namespace calor

@@ -1,0 +1,136 @@
+#include "case/numbers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <optional>
+#include <stdexcept>
+#include <string_view>
+
+#include "base/units.hpp"
+#include "case/keys.hpp"
+
+namespace calor {
+namespace {
+
+/// TOML in one line.
+std::string toml_of(const Value& v) {
+  std::string inner;
+  switch (v.type) {
+    case Value::Type::text: {
+      for (const char c : v.text) {
+        if (c == '"' || c == '\\') inner += '\\';
+        inner += c == '\n' ? "\\n" : c == '\t' ? "\\t" : std::string(1, c);
+      }
+      return '"' + inner + '"';
+    }
+    case Value::Type::flag:
+      return v.flag ? "true" : "false";
+    case Value::Type::integer:
+      return fmt::format("{}", v.integer);
+    case Value::Type::number:
+      return fmt::format("{}", v.number);  // the shortest text that is this number
+    case Value::Type::list:
+      for (const Value& entry : v.list) inner += (inner.empty() ? "" : ", ") + toml_of(entry);
+      return '[' + inner + ']';
+    case Value::Type::table:
+      for (const Entry& entry : v.entries)
+        inner += fmt::format("{}{} = {}", inner.empty() ? "" : ", ", toml_of(Value::of_text(entry.key, {})),
+                             toml_of(entry.value));
+      return '{' + inner + '}';
+    case Value::Type::date:
+      break;  // no key takes one
+  }
+  return "\"\"";
+}
+
+/// The number of a value and its unit; nothing where it is none.
+std::optional<NumberWithUnit> number_of(const Value& v) {
+  if (v.is_number()) return NumberWithUnit{v.number, ""};
+  if (v.type != Value::Type::text) return std::nullopt;
+  try {
+    return split_quantity(v.text);
+  } catch (const std::invalid_argument&) {
+    return std::nullopt;
+  }
+}
+
+/// Calls f(number, its unit, its path) for all numbers of a value, in order; f may change the number. False where
+/// something else is among them.
+template <class Use>
+bool for_numbers(Value& v, const std::string& path, const Use& f) {
+  if (v.type == Value::Type::list) {
+    for (std::size_t n = 0; n < v.list.size(); ++n)
+      if (!for_numbers(v.list[n], fmt::format("{}[{}]", path, n), f)) return false;
+    return !v.list.empty();
+  }
+  auto number = number_of(v);
+  if (!number) return false;
+  const double before = number->value;
+  f(number->value, path);
+  if (number->value == before) return true;
+  if (number->unit.empty())
+    v.type = Value::Type::number, v.number = number->value;
+  else
+    v.text = fmt::format("{} {}", number->value, number->unit);
+  return true;
+}
+
+/// The value below `root`; null where there is none.
+Value* find(Value& root, std::span<const std::string> keys, std::span<const std::size_t> entries) {
+  Value* at = &root;
+  for (const std::string& key : keys) {
+    at = at->is_table() ? at->find(key) : nullptr;
+    if (!at) return nullptr;
+  }
+  for (const std::size_t n : entries) {
+    if (at->type != Value::Type::list || n >= at->list.size()) return nullptr;
+    at = &at->list[n];
+  }
+  return at;
+}
+
+}  // namespace
+
+CaseNumbers::CaseNumbers(const Case& c, const std::string& path, const SourceLocation& asked_at) : case_(c) {
+  const auto refuse = [&](const std::string& problem) {
+    throw Error(Fault::bad_case, asked_at, problem,
+                "name a number as it stands in the case, such as material.steel.conductivity or source.arc.power");
+  };
+  const std::size_t bracket = path.find('[');
+  try {
+    keys_ = split_path(path.substr(0, bracket));
+    for (std::string_view rest = bracket == path.npos ? "" : std::string_view(path).substr(bracket); !rest.empty();) {
+      const std::size_t end = rest.find(']');
+      if (rest.front() != '[' || end == rest.npos) throw std::invalid_argument("bracket");
+      entry_.push_back(std::stoul(std::string(rest.substr(1, end - 1))));
+      rest.remove_prefix(end + 1);
+    }
+  } catch (const std::exception&) {
+    refuse(fmt::format("'{}' is no path of a key", path));
+  }
+  Value root = *c.root().node().root;
+  Value* at = find(root, keys_, entry_);
+  if (!at) refuse(fmt::format("the case has no '{}'", path));
+  const bool are_numbers = for_numbers(*at, path, [&](double value, const std::string& name) {
+    values_.push_back(value);
+    names_.push_back(name);
+  });
+  if (!are_numbers) refuse(fmt::format("'{}' is no number", path));
+}
+
+Case CaseNumbers::with(std::span<const double> values) const {
+  Value root = *case_.root().node().root;
+  auto next = values.begin();
+  for_numbers(*find(root, keys_, entry_), "", [&](double& value, const std::string&) { value = *next++; });
+  for (const char* unread :
+       {"fit", "study", "optimise", "expect"})  // a run takes no notice of them, or does not change
+    std::erase_if(root.entries, [&](const Entry& entry) { return entry.key == unread; });
+  std::string text;
+  for (const Entry& entry : root.entries)
+    text += fmt::format("{} = {}\n", toml_of(Value::of_text(entry.key, {})), toml_of(entry.value));
+  const Table::Node& node = case_.root().node();
+  return Case::parse(text, case_.path(), *node.schema, {}, node.context->callbacks);
+}
+
+}  // namespace calor
