@@ -1,6 +1,6 @@
 """Unknown numbers of a case from measurements: least squares, weighted by the noise.
 
-Gauss-Newton with Levenberg's and Marquardt's damping. Of readings of probes in a steady state every run gives the derivatives
+Gauss-Newton with Levenberg's and Marquardt's damping. Of readings of probes a steady run, and one by tr-bdf2, gives the derivatives
 with the values, by its tangent or its adjoint; elsewhere they come by differences once, later by Broyden's updates, and by
 differences again at the end, from which the intervals follow. Runs that do not depend on each other go side by side.
 """
@@ -18,7 +18,7 @@ import numpy as np
 
 from . import convergence, quantities, toml
 from .case import Case
-from .command import CommandError
+from .command import CaseError, CommandError
 from .fields import Field, read_field
 from .readings import Data, read_data
 from .result import Array, Result
@@ -133,8 +133,8 @@ class Search:
         self.data = [data for n, entry in enumerate(asked["data"])
                      for data in read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))]
         # Does a run give the derivatives of all that is measured?
-        self.has_derivatives = "steady" in self.written and all(d.of_probe for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
-        if self.fields and not self.has_derivatives:
+        self.has_derivatives = all(d.of_probe for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
+        if self.fields and not (self.has_derivatives and "steady" in self.written):
             raise CommandError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes alone: elsewhere derivatives would "
                                "cost a run for every value")
         self.runs = 0
@@ -158,7 +158,7 @@ class Search:
         derivatives = [result.derivatives[u.key] for u in self.unknowns]
         row = 0
         for d in self.data:
-            J[row: row + d.value.size] = np.array([by[d.name] for by in derivatives]) / d.noise
+            J[row: row + d.value.size] = np.column_stack([d.at_times(table) for table in derivatives]) / d.noise
             row += d.value.size
         for first, W, _ in self.expected:
             J[row: row + len(W), first: first + len(W)] = W
@@ -196,8 +196,13 @@ class Search:
     def search(self) -> Fit:
         x = np.array([u.start for u in self.unknowns])
         if self.has_derivatives:
-            r, result, J = self.run_with_derivatives(x)
-        else:
+            try:
+                r, result, J = self.run_with_derivatives(x)
+            except CaseError as error:
+                if error.key != "output.derivatives":
+                    raise
+                self.has_derivatives = False  # the integrator's steps give none
+        if not self.has_derivatives:
             r, result = self.run(x)
             J = self.derivatives(x, r)
         damping, converged = 1e-3, False

@@ -26,10 +26,13 @@ class Data:
     noise: float
     where: str  # file and line, or the case
 
+    def at_times(self, history: Mapping[str, Array]) -> Array:
+        """Of the probe's values over time those at the times of the measurements."""
+        return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
+
     def computed(self, result: Result) -> Array:
         if self.of_probe:
-            history = result.probes
-            return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
+            return self.at_times(result.probes)
         if self.name not in result.numbers:
             raise CommandError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
         return np.full(self.value.shape, result.numbers[self.name])

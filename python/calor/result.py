@@ -191,17 +191,21 @@ class Result:
         return self._table("probes", "the case has no [probe]")
 
     @functools.cached_property
-    def derivatives(self) -> dict[str, dict[str, float]]:
-        """By number of the case and probe: derivatives["material.steel.conductivity"]["tip"], K over the unit of the number
-        there."""
+    def derivatives(self) -> dict[str, Table]:
+        """Of the temperatures of the probes over time, by numbers of the case: derivatives["boundary.air.convection.h"]["tip"], K over
+        the unit in which the number stands there."""
         path = self.folder / "derivatives.csv"
         try:
             with open(path, newline="") as file:
                 heading, *rows = csv.reader(file)
-            probes = [split_unit(text)[0] for text in heading[1:]]
-            return {row[0]: dict(zip(probes, map(float, row[1:]))) for row in rows}
+            of: dict[str, list[list[float]]] = {}
+            for time, number, *values in rows:
+                of.setdefault(number, []).append([float(time), *map(float, values)])
         except (OSError, ValueError) as error:
             raise FileError(f"{path}: no derivatives: {error}: ask for them by [output] derivatives") from None
+        names = [split_unit(text)[0] for text in [heading[0], *heading[2:]]]
+        units = {name: "s" if name == "time" else "K" for name in names}
+        return {number: Table(dict(zip(names, np.array(table).T)), units) for number, table in of.items()}
 
     @functools.cached_property
     def balance(self) -> Table:

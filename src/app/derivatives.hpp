@@ -4,14 +4,15 @@
 
 #include "app/model.hpp"
 #include "output/observer.hpp"
+#include "solve/integrator.hpp"
 
 namespace calor {
 
-/// What [output] derivatives asks for; null where it asks for nothing. Run and model must outlive it. Collective;
-/// throws Error.
-std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model);
+/// What [output] derivatives asks for; null where it asks for nothing. `integrator`: null of a steady state. All
+/// outlive it. Collective; throws Error.
+std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model, Integrator* integrator);
 
 /// Refuses what it asks for and cannot have. Throws Error.
-void check_derivatives(const Case& c);
+void check_derivatives(const Case& c, Integrator* integrator);
 
 }  // namespace calor

@@ -122,8 +122,9 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .is_quiet = options.quiet,
                        .phases = phases};
   Observers observers = make_observers(setup);
-  if (auto derivatives = make_derivative_log(setup, model)) observers.push_back(std::move(derivatives));
   const std::unique_ptr<Integrator> integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
+  if (auto derivatives = make_derivative_log(setup, model, integrator.get()))
+    observers.push_back(std::move(derivatives));
   introduce(c, model, probes, integrator.get());
   RunResult result;
   result.command = options.command;

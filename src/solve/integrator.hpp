@@ -22,9 +22,36 @@ struct StepCounts {
 /// Called after every accepted step, between which a run may be stored; false ends the run.
 using AfterStep = std::function<bool(const State&)>;
 
+/// A step of a diagonally implicit Runge-Kutta method, E0 the enthalpies at its begin and F_0 the rates there:
+///   E(u_n) - gamma_dt F_n = E0 + sum_{m < n} before[m] F_m of every stage, then E = E0 + sum weights[n] F_n.
+struct ImplicitStep {
+  struct Stage {
+    double t, gamma_dt;          ///< s
+    std::vector<double> before;  ///< s
+    std::span<double> u;         ///< what was found, local points
+  };
+  double t, t_new;              ///< s; at which data are asked for
+  std::span<double> u;          ///< at t
+  std::vector<Stage> stages;    ///< the last one ends at t_new
+  std::vector<double> weights;  ///< s
+  std::vector<double> E_new;    ///< before constraints are imposed, J
+};
+
+/// Goes along with the steps of a run. Collective.
+class StepFollower {
+ public:
+  virtual ~StepFollower() = default;
+  /// Constraints are about to be imposed on a state at time t, as data have jumped.
+  virtual void impose(double t, const State& state) = 0;
+  /// A step is about to be taken.
+  virtual void step(const ImplicitStep& step) = 0;
+};
+
 class Integrator {
  public:
   virtual ~Integrator() = default;
+  /// Tells a follower, which outlives the run, of all steps; false where these are none that one can follow.
+  virtual bool tell(StepFollower& /*follower*/) { return false; }
   /// Marches from state.t to exactly t_end, or until after_step returns false. The walls of `state` are imposed on
   /// entry and on return. Collective.
   virtual void advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) = 0;

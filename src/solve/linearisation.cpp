@@ -21,8 +21,19 @@ Linearisation::Linearisation(HeatSystem& system, std::span<double> u, bool trans
     check(MatTranspose(J_, MAT_INITIAL_MATRIX, J_transposed.out()));
     J_ = std::move(J_transposed);
   }
-  check(KSPCreate(system.cloud().comm, solver_.out()));
-  choose_linear_solver(solver_, system, true);
+  prepare(true);
+}
+
+Linearisation::Linearisation(HeatSystem& system, double t, std::span<double> u, double gamma_dt)
+    : system_(system), J_(system.create_jacobian()), b_(petsc::create_vector(J_)) {
+  system.jacobian(t, u, 1, gamma_dt, J_);
+  scale_rows();
+  prepare(false);
+}
+
+void Linearisation::prepare(bool steady) {
+  check(KSPCreate(system_.cloud().comm, solver_.out()));
+  choose_linear_solver(solver_, system_, steady);
   constexpr double tolerance = 1e-12;
   check(KSPSetTolerances(solver_, tolerance, 1e-300, PETSC_DEFAULT, 10'000));
   check(KSPSetOperators(solver_, J_, J_));

@@ -1,5 +1,6 @@
 #pragma once
-// A steady state and small changes of it. Where R(u, p) = 0 are its balances and d = w . u is a reading,
+// A steady state, or a stage of a time step, and small changes of it. Where R(u, p) = 0 are its balances and d = w . u
+// is a reading,
 //   tangent  J du/dp = -dR/dp,   dd/dp = w . du/dp:      one solution for every number p,
 //   adjoint  J^T lambda = w,     dd/dp = -lambda . dR/dp: one solution for every reading.
 #include <span>
@@ -14,6 +15,8 @@ class Linearisation {
  public:
   /// Of the steady state u (local points). `transposed`: solves with J^T. Collective; throws Error.
   Linearisation(HeatSystem& system, std::span<double> u, bool transposed);
+  /// Of u in the stage E(u) - gamma_dt F(t, u) = known.
+  Linearisation(HeatSystem& system, double t, std::span<double> u, double gamma_dt);
 
   /// x = J^-1 b, or J^-T b, of the owned points; b and x may be one array. Throws Error(numbers). Collective.
   void solve(std::span<const double> b, std::span<double> x);
@@ -22,6 +25,7 @@ class Linearisation {
   std::vector<double> sum_at_owners(std::span<const double> w);
 
  private:
+  void prepare(bool steady);
   void scale_rows();
 
   HeatSystem& system_;
@@ -30,7 +34,7 @@ class Linearisation {
   petsc::LinearSolver solver_;
   std::vector<double> row_scale_;  ///< of the owned points
   double unit_ = 1;
-  bool is_transposed_;
+  bool is_transposed_ = false;
 };
 
 }  // namespace calor

@@ -65,8 +65,11 @@ void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
   if (!has_begun_) watch_.begin(system, state);
   const bool fresh = !has_begun_ || interval_->begins_at_break();
   has_begun_ = true;
-  if (interval_->begins_at_break())
-    system.impose(interval_->data_time(state.t), state.T, state.E, state.cumulative_heat);
+  if (interval_->begins_at_break()) {
+    const double t = interval_->data_time(state.t);
+    if (follower_) follower_->impose(t, state);
+    system.impose(t, state.T, state.E, state.cumulative_heat);
+  }
   enter(system, state, *interval_, fresh);
 }
 

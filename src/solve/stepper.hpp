@@ -65,6 +65,7 @@ class Stepper : public Integrator {
   double tolerance(HeatSystem& system, const State& state);
 
   StepOptions options_;
+  StepFollower* follower_ = nullptr;
 
  private:
   /// Enters the next interval, or goes on in the one in which the run was stored.

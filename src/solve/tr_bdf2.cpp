@@ -20,6 +20,10 @@ class TrBdf2 final : public ImplicitStepper {
  public:
   using ImplicitStepper::ImplicitStepper;
   std::string name() const override { return "tr-bdf2"; }
+  bool tell(StepFollower& follower) override {
+    follower_ = &follower;
+    return true;
+  }
 
  private:
   void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override {
@@ -39,7 +43,7 @@ class TrBdf2 final : public ImplicitStepper {
   double fixed_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
     const auto [dt, t_new] = equal_step(interval);
     if (!stages(system, state, interval, dt, t_new, tight_tolerance(system, state))) fail(state.t, dt);
-    take(system, state, interval, t_new, weights(dt));
+    finish(system, state, interval, dt, t_new);
     return dt;
   }
 
@@ -66,7 +70,7 @@ class TrBdf2 final : public ImplicitStepper {
         ++counts.rejected;
         continue;
       }
-      take(system, state, interval, t_new, weights(dt));
+      finish(system, state, interval, dt, t_new);
       return dt;
     }
   }
@@ -83,10 +87,32 @@ class TrBdf2 final : public ImplicitStepper {
               double tolerance) {
     T_ = state.T;
     counts.most_stages = 2;
-    return solve_stage(system, interval.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}},
-                       tolerance, rate1_) &&
-           solve_stage(system, interval.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
+    if (!solve_stage(system, interval.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}}, tolerance,
+                     rate1_))
+      return false;
+    if (follower_) T_middle_ = T_;
+    return solve_stage(system, interval.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
                        tolerance, rate2_);
+  }
+
+  /// Takes the step whose stages have been found.
+  void finish(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
+    if (follower_) follower_->step(told(state, interval, dt, t_new));
+    take(system, state, interval, t_new, weights(dt));
+  }
+
+  ImplicitStep told(State& state, const SmoothInterval& interval, double dt, double t_new) {
+    const double t = interval.data_time(state.t), t_middle = interval.data_time(state.t + gamma_ * dt),
+                 t_end = interval.data_time(t_new);
+    ImplicitStep step{.t = t,
+                      .t_new = t_end,
+                      .u = state.T,
+                      .stages = {{t_middle, d * dt, {d * dt}, T_middle_}, {t_end, d * dt, {w * dt, w * dt}, T_}},
+                      .weights = {w * dt, w * dt, d * dt},
+                      .E_new = state.E};
+    for (const Weighted& r : weights(dt))
+      for (std::size_t i = 0; i < step.E_new.size(); ++i) step.E_new[i] += r.weight * r.rate.F[i];
+    return step;
   }
 
   std::vector<Weighted> weights(double dt) const { return {{w * dt, rate0_}, {w * dt, rate1_}, {d * dt, rate2_}}; }
@@ -107,6 +133,7 @@ class TrBdf2 final : public ImplicitStepper {
   double longest_ = 0;      ///< step that resolves moving sources in the interval, s
   Rate rate0_, rate1_, rate2_;
   std::vector<double> error_;
+  std::vector<double> T_middle_;  ///< of the first stage, for a follower
 };
 
 }  // namespace

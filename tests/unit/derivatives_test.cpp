@@ -1,6 +1,7 @@
 #include "app/derivatives.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,7 +16,7 @@
 namespace calor {
 namespace {
 
-/// derivatives.csv: the probes' values by number.
+/// derivatives.csv: the probes' values at the end by number.
 std::map<std::string, std::vector<double>> derivatives(const std::string& folder) {
   std::istringstream file(read_file(folder + "/derivatives.csv"));
   std::map<std::string, std::vector<double>> rows;
@@ -24,7 +25,8 @@ std::map<std::string, std::vector<double>> derivatives(const std::string& folder
   while (std::getline(file, line)) {
     std::istringstream cells(line);
     std::string name;
-    std::getline(cells, name, ',');
+    std::getline(cells, cell, ','), std::getline(cells, name, ',');
+    rows[name].clear();
     while (std::getline(cells, cell, ',')) rows[name].push_back(std::stod(cell));
   }
   return rows;
@@ -133,6 +135,89 @@ TEST(Derivatives, OfANonlinearWallAreDifferencesOfWholeRuns) {
         EXPECT_NEAR(found.at(names[n])[m], by_runs, 1e-7 * std::abs(by_runs)) << method << ' ' << names[n];
       }
     }
+  }
+}
+
+/// The same over time, in fixed steps, with capacities; the wall and the air become hotter.
+std::string heating(const std::string& method, const std::vector<double>& p) {
+  std::string text = replaced(wall(method, p[0], p[1], 0.6, p[2], 2e5), "[steady]\ntolerance = 1e-13", R"toml(
+[initial]
+temperature = "350 K"
+[time]
+end = "40 s"
+integrator = "tr-bdf2"
+step = "2 s")toml");
+  text = replaced(text, "[material.b]",
+                  fmt::format("density = \"4000 kg/m^3\"\nspecific_heat = {{ formula = \"{:.17g} + "
+                              "0.2*T\", unit = \"J/(kg K)\" }}\n[material.b]",
+                              p[3]));
+  text = replaced(text, "[body]", "density = \"2000 kg/m^3\"\nspecific_heat = \"300 J/(kg K)\"\n[body]");
+  text =
+      replaced(text, "ambient = \"1500 K\"", "ambient = { table = [[0, 800], [11, 900], [11, 1500]], unit = \"K\" }");
+  return text.substr(0, text.find("[output]"));
+}
+
+TEST(Derivatives, OfARunOverTimeAreDifferencesOfWholeRuns) {
+  const std::vector<std::string> names = {"material.a.conductivity.table[1][1]", "boundary.gas.convection.h",
+                                          "boundary.held.temperature"};
+  const std::vector<double> at = {14, 800, 400, 500};
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    const auto readings_at = [&](const std::vector<double>& p) {
+      const TemporaryFolder folder;
+      run_into(folder.path(), heating(method, p));
+      std::istringstream lines(read_file(folder / "probes.csv"));
+      std::string line, last, cell;
+      while (std::getline(lines, line)) last = line;
+      std::istringstream cells(last);
+      std::vector<double> row;
+      while (std::getline(cells, cell, ',')) row.push_back(std::stod(cell));
+      return std::vector<double>(row.begin() + 1, row.end());
+    };
+    const TemporaryFolder folder;
+    run_into(folder.path(),
+             heating(method, at) + fmt::format("[output]\nderivatives = [\"{}\"]\n", fmt::join(names, "\", \"")));
+    const auto found = derivatives(folder.path());
+    for (std::size_t n = 0; n < names.size(); ++n) {
+      const double h = 1e-3 * at[n];  // stages end within 1e-10 of the span of temperatures
+      const auto moved = [&](double steps) {
+        std::vector<double> p = at;
+        p[n] += steps * h;
+        return readings_at(p);
+      };
+      const auto a = moved(-2), b = moved(-1), c = moved(1), d = moved(2);
+      for (std::size_t m = 0; m < 2; ++m) {
+        const double by_runs = (a[m] - 8 * b[m] + 8 * c[m] - d[m]) / (12 * h);
+        EXPECT_NEAR(found.at(names[n])[m], by_runs, 1e-6 * std::abs(by_runs)) << method << ' ' << names[n];
+      }
+    }
+  }
+}
+
+// A body that nothing cools: T = T_0 + P t / (rho c), whatever the steps.
+TEST(DerivativesParallel, OfAnInsulatedBodyAreThoseOfItsHeat) {
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    const TemporaryFolder folder(MPI_COMM_WORLD);
+    run_into(folder.path(),
+             box_case({"0.1 m", "0.08 m"}, {9, 7}, method) + simple_material({.k = "20", .rho = "8000", .c = "400"}) +
+                 R"toml(
+[initial]
+temperature = "300 K"
+[source.heat]
+power_density = "3e6 W/m^3"
+[time]
+end = "10 s"
+integrator = "tr-bdf2"
+[probe]
+a = ["0.021 m", "0.012 m"]
+[output]
+derivatives = ["material.m.specific_heat", "source.heat.power_density", "initial.temperature", "material.m.conductivity"]
+)toml",
+             MPI_COMM_WORLD);
+    const auto d = derivatives(folder.path());
+    EXPECT_NEAR(d.at("material.m.specific_heat")[0], -3e6 * 10 / 8000 / 400 / 400, 1e-8) << method;
+    EXPECT_NEAR(d.at("source.heat.power_density")[0], 10. / 8000 / 400, 1e-12) << method;
+    EXPECT_NEAR(d.at("initial.temperature")[0], 1, 1e-8) << method;
+    EXPECT_NEAR(d.at("material.m.conductivity")[0], 0, 1e-8) << method;
   }
 }
 

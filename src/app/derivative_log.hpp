@@ -1,0 +1,40 @@
+#pragma once
+#include <string>
+#include <vector>
+
+#include "app/parameters.hpp"
+#include "output/observer.hpp"
+#include "solve/integrator.hpp"
+
+namespace calor {
+
+/// Gathers the rows of derivatives.csv: one a time and parameter, one column a probe. It is written at the end.
+class DerivativeLog : public Observer {
+ public:
+  DerivativeLog(const RunSetup& run, const Model& model, std::vector<Parameter> parameters)
+      : run_(run), model_(model), parameters_(std::move(parameters)) {}
+
+  /// Refuses to go on from a checkpoint: the derivatives have not been stored.
+  void exchange(Archive& archive) override;
+  void finish(const Moment& m, RunResult& result) override;
+
+ protected:
+  std::size_t probes() const { return run_.probes.names().size(); }
+  void add(double t, const Parameter& p, const std::vector<double>& dT_dp);
+
+  const RunSetup& run_;
+  const Model& model_;
+  std::vector<Parameter> parameters_;
+
+ private:
+  std::string rows_;
+};
+
+/// By the tangent or the adjoint of a steady state.
+std::unique_ptr<Observer> make_steady_derivatives(const RunSetup& run, const Model& model,
+                                                  std::vector<Parameter> parameters);
+/// By the tangents of the steps; the integrator tells of them. Null where it cannot. Collective; throws Error.
+std::unique_ptr<Observer> make_step_tangents(const RunSetup& run, const Model& model, std::vector<Parameter> parameters,
+                                             Integrator& integrator);
+
+}  // namespace calor

@@ -1,0 +1,68 @@
+#include "app/parameters.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "base/parallel.hpp"
+#include "case/tree.hpp"
+#include "cloud/cracks.hpp"
+
+namespace calor {
+namespace {
+
+/// material.NAME.conductivity and what is below it.
+bool is_conductivity(const std::string& path) {
+  const std::vector<std::string> keys = split_path(path.substr(0, path.find('[')));
+  return keys.size() > 2 && keys[0] == "material" && keys[2] == "conductivity";
+}
+
+}  // namespace
+
+double Parameter::step() const { return 1e-4 * std::abs(value()); }
+
+Case Parameter::with(double value) const {
+  std::vector<double> all = among->values();
+  all[entry] = value;
+  return among->with(all);
+}
+
+std::vector<Parameter> read_parameters(const Case& c) {
+  const Table output = c.section("output");
+  std::vector<Parameter> parameters;
+  if (!output.has("derivatives")) return parameters;
+  const auto refuse = [&](const std::string& problem, const std::string& cure) {
+    output.refuse("derivatives", problem, cure);
+  };
+  if (c.section("probe").keys().empty())
+    refuse("derivatives of the probes, and no [probe]", "add [probe] with their places");
+  if (!is_steady(c) && has_cracks(c)) refuse("derivatives of a run with cracks", "leave them out, or take [steady]");
+  const SourceLocation at = output.location("derivatives");
+  for (const std::string& path : output.texts("derivatives")) {
+    const auto numbers = std::make_shared<const CaseNumbers>(c, path, at);
+    for (std::size_t n = 0; n < numbers->values().size(); ++n) {
+      parameters.push_back({numbers, n, at, is_conductivity(path)});
+      if (parameters.back().value() == 0)
+        refuse(fmt::format("'{}' is 0", parameters.back().name()),
+               "give it another value: a difference is a part of it");
+    }
+  }
+  constexpr std::size_t most = 100;
+  if (!is_steady(c) && parameters.size() > most)
+    refuse(fmt::format("derivatives of a transient run by {} numbers", parameters.size()),
+           fmt::format("ask for at most {}: each takes two models", most));
+  return parameters;
+}
+
+ChangedModel::ChangedModel(const Model& model, const Parameter& p, double value)
+    : case_(p.with(value)),
+      model_(build_model(case_, model.cloud->comm, phases_)),
+      start_(calor::start(model_)),
+      probes_(case_, *model_.cloud, &system().dofs(), &system().material().parts()) {
+  const Cloud &now = *model_.cloud, &was = *model.cloud;
+  if (any(was.comm, now.count != was.count || now.owned != was.owned || now.local() != was.local()))
+    throw Error(Fault::bad_case, p.asked_at, fmt::format("'{}' changes the points of the cloud", p.name()),
+                "take its derivative by a difference of two runs");
+}
+
+}  // namespace calor

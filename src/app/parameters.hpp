@@ -1,0 +1,50 @@
+#pragma once
+// The numbers of a case that [output] derivatives names.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/model.hpp"
+#include "case/numbers.hpp"
+#include "output/probes.hpp"
+
+namespace calor {
+
+struct Parameter {
+  std::shared_ptr<const CaseNumbers> among;
+  std::size_t entry;
+  SourceLocation asked_at;
+  bool is_conductivity;  ///< changes nothing else
+
+  double value() const { return among->values()[entry]; }
+  const std::string& name() const { return among->names()[entry]; }
+  /// Half of the distance between two values whose difference is taken: its square is what is neglected, where anything
+  /// bends at all, and rounding leaves 1e-16 over it.
+  double step() const;
+  /// The case with another value. Throws Error.
+  Case with(double value) const;
+};
+
+/// Empty where nothing is asked for. Throws Error.
+std::vector<Parameter> read_parameters(const Case& c);
+
+/// The model of a case with another value of a parameter, as its run begins.
+class ChangedModel {
+ public:
+  /// Throws Error, also where its points are not those of `model`. Collective.
+  ChangedModel(const Model& model, const Parameter& p, double value);
+
+  HeatSystem& system() const { return *model_.system; }
+  const Cloud& cloud() const { return *model_.cloud; }
+  const State& start() const { return start_.state; }
+  const Probes& probes() const { return probes_; }
+
+ private:
+  Case case_;
+  Phases phases_;
+  Model model_;
+  Start start_;
+  Probes probes_;
+};
+
+}  // namespace calor
