@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     from .result import Result
 
 PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil",
-            "scipy": "python3-scipy"}
+            "scipy": "python3-scipy", "openturns": "python3-openturns"}
 
 
 def plane(text: str) -> tuple[str, float]:
@@ -62,6 +62,7 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     study.add_argument("values", metavar="key=[values]", nargs="*", help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]")
     study.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
     study.add_argument("-o", "--output", help="folder (default: results/CASE-study)")
+    study.add_argument("--sobol", action="store_true", help="by which numbers of [study.range] the results vary: Sobol's indices")
     optimise = verbs.add_parser("optimise", help="find the numbers of a case for which a result is best")
     optimise.add_argument("case", metavar="CASE", help="case file with [optimise]")
     optimise.add_argument("-o", "--output", help="folder (default: results/CASE-optimum)")
@@ -91,6 +92,10 @@ def write_study(options: argparse.Namespace) -> None:
     done = study.study(options.case, options.output, values=values, j=options.j, say=tell)
     again = f", {done.reused} of them from before" if done.reused else ""
     failed = sum("failed" in row for row in done.rows)
+    if options.sobol:
+        from . import sobol
+        from .case import Case
+        print(sobol.table(sobol.sobol(done, Case(options.case).to_dict().get("study", {}).get("range", {}))))
     print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
 
 
