@@ -32,7 +32,7 @@ except ImportError as missing:
 matplotlib.use("Agg")
 
 from calor import (CalorError, Case, CaseError, CommandError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
-                   optimise, plot, quantities, refine, stress, study, toml, twin)  # noqa: E402
+                   optimise, plot, quantities, refine, sobol, stress, study, toml, twin)  # noqa: E402
 
 if len(sys.argv) > 1:
     CALOR = str(pathlib.Path(sys.argv[1]).resolve())
@@ -557,6 +557,24 @@ PLATE = {
     "fit": {"field": [{"key": "material.m.conductivity.grid", "expected": "8 W/(m K)", "within": "4 W/(m K)", "length": "5 cm"}],
             "data": [{"file": "plate.csv", "noise": "0.5 K"}]},
 }
+
+
+class SobolIndices(unittest.TestCase):
+    def test_of_a_sum_and_of_ishigamis_function_are_those_of_the_closed_form(self):
+        try:
+            import openturns  # noqa: F401
+        except ImportError:
+            self.skipTest("apt-get install python3-openturns")
+        random = np.random.default_rng(0)
+        x = random.uniform(0, 1, (40, 2))
+        first, total, foretold = sobol.expand(x, 2 * x[:, 0] + x[:, 1], [(0, 1)] * 2)
+        np.testing.assert_allclose([*first, *total, foretold], [0.8, 0.2, 0.8, 0.2, 1], atol=1e-9)
+        # sin x + 7 sin^2 y + 0.1 z^4 sin x on [-pi, pi]^3: Ishigami & Homma, ISUMA 1990.
+        x = random.uniform(-np.pi, np.pi, (300, 3))
+        first, total, foretold = sobol.expand(x, np.sin(x[:, 0]) + 7 * np.sin(x[:, 1])**2 + 0.1 * x[:, 2]**4 * np.sin(x[:, 0]), [(-np.pi, np.pi)] * 3)
+        np.testing.assert_allclose(first, [0.3139, 0.4424, 0], atol=0.02)
+        np.testing.assert_allclose(total, [0.5576, 0.4424, 0.2437], atol=0.02)
+        self.assertGreater(foretold, 0.9)
 
 
 class Fields(unittest.TestCase):
