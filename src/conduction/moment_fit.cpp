@@ -33,26 +33,20 @@ constexpr double least_of_fit = 0.08;
 constexpr int few_fits = 3, many_fits = 10;
 constexpr double little = 0.1;
 /// Many fits keep weights above this part of what few have made.
-constexpr float floor_of_fits = 1e-3F;
+constexpr double floor_of_fits = 1e-3;
 /// Of the diagonal: keeps the blocks of points regular that see too few others; and (M) is no truer than the volumes:
 /// sectors of rings are not the cells of their points, nor are cells of a body that is measured in other lengths since
 /// it conducts differently by direction.
 constexpr double softness_of_nearest = 1e-3, softness_of_others = 0.2;
-constexpr float floor_of_fit = 0.02F;
-
-/// A power of 2 near to a size on any rank. Collective.
-double unit_near(MPI_Comm comm, double size) {
-  const double largest = max(comm, size);
-  return largest > 0 && std::isfinite(largest) ? std::ldexp(1, std::ilogb(largest)) : 1;
-}
+constexpr double floor_of_fit = 0.02;
 
 /// Numbers of eight points, each in a lane, so that the small matrices of eight points are multiplied at once.
 constexpr int lanes = 8;
 template <int count>
 struct Numbers {
-  using Lanes __attribute__((vector_size(lanes * sizeof(float)), aligned(sizeof(float)), may_alias)) = float;
+  using Lanes __attribute__((vector_size(lanes * sizeof(double)), aligned(sizeof(double)), may_alias)) = double;
 
-  float v[count][lanes] = {};
+  double v[count][lanes] = {};
   CALOR_ALWAYS_INLINE Lanes& operator[](int n) { return *reinterpret_cast<Lanes*>(v[n]); }
   CALOR_ALWAYS_INLINE const Lanes& operator[](int n) const { return *reinterpret_cast<const Lanes*>(v[n]); }
 };
@@ -108,17 +102,16 @@ VectorN softness(const Cloud& cloud, const MatrixN& B) {
   return soft;
 }
 
-/// One fit. Weights are in units of `unit`, m, lengths in `length`, m.
+/// One fit.
 class MomentFit {
  public:
-  MomentFit(const Cloud& cloud, const Neighbours& neighbours, double unit, double length)
-      : cloud_(cloud), length_(length), changes_(cloud, neighbours, length) {
+  MomentFit(const Cloud& cloud, const Neighbours& neighbours) : cloud_(cloud), changes_(cloud, neighbours) {
     const std::vector<Six> moments = wanted_moments(cloud, neighbours);
     const std::vector<Vec3> sums = wanted_sums(cloud, neighbours);
     wanted_.resize(cloud.owned);
     for (int i = 0; i < cloud.owned; ++i) {
-      for (int a = 0; a < 3; ++a) wanted_[i][a] = static_cast<float>(sums[i][a] / (unit * length));
-      for (int c = 0; c < 6; ++c) wanted_[i][3 + c] = static_cast<float>(moments[i][c] / (unit * length * length));
+      for (int a = 0; a < 3; ++a) wanted_[i][a] = sums[i][a];
+      for (int c = 0; c < 6; ++c) wanted_[i][3 + c] = moments[i][c];
     }
     const std::size_t groups = (cloud.owned + lanes - 1) / lanes;
     inverse_.resize(groups), soft_.resize(groups), r_.resize(groups), z_.resize(groups);
@@ -130,20 +123,20 @@ class MomentFit {
   ///   1/2 sum_ij g_ij (c_i + c_j)^2 <= 2 sum_i z_i.B_i z_i
   /// with the parts c_i and c_j that the unknowns of both points have in c_ij; rows are multiplied by their inverses.
   /// Returns the root mean square of G/g - 1, in the metric of g. Collective.
-  double change(std::span<float> g) {
+  double change(std::span<double> g) {
     prepare(g);
     ChebyshevSteps steps({.least = least_of_fit, .largest = 2});
     for (int step = 0; step < steps_of_fit; ++step) {
-      if (step > 0) subtract_product(g, static_cast<float>(steps.alpha));
+      if (step > 0) subtract_product(g, steps.alpha);
       steps.advance();
-      search(static_cast<float>(steps.alpha), static_cast<float>(steps.beta));
+      search(steps.alpha, steps.beta);
     }
     for (int i = 0; i < cloud_.owned; ++i)
       for (int a = 0; a < N; ++a) changes_.at(i)[a] = z_[i / lanes].v[a][i % lanes];
     changes_.update_ghosts();
     std::vector<double> squares(2 * static_cast<std::size_t>(cloud_.owned));
-    changes_.for_each_change([&](int i, std::int64_t n, float c) CALOR_ALWAYS_INLINE {
-      squares[2 * i] += double{g[n]} * c * c, squares[2 * i + 1] += g[n];
+    changes_.for_each_change([&](int i, std::int64_t n, double c) CALOR_ALWAYS_INLINE {
+      squares[2 * i] += g[n] * c * c, squares[2 * i + 1] += g[n];
       g[n] *= std::max(1 + c, floor_of_fit);
     });
     const auto total = sums(cloud_.comm, squares, 2);
@@ -154,7 +147,7 @@ class MomentFit {
   int owned_in(std::size_t group) const { return std::min(lanes, cloud_.owned - static_cast<int>(group) * lanes); }
 
   /// Blocks and the residual of no change at all.
-  void prepare(std::span<const float> g) {
+  void prepare(std::span<const double> g) {
     for (std::size_t k = 0; k < inverse_.size(); ++k) {
       Unknowns off;
       z_[k] = soft_[k] = {}, inverse_[k] = {};
@@ -169,19 +162,19 @@ class MomentFit {
         const MatrixN M = inverse(B, soft);
         n = 0;
         for (int a = 0; a < N; ++a)
-          for (int b = a; b < N; ++b) inverse_[k].v[n++][lane] = static_cast<float>(0.5 * (M(a, b) + M(b, a)));
+          for (int b = a; b < N; ++b) inverse_[k].v[n++][lane] = static_cast<double>(0.5 * (M(a, b) + M(b, a)));
         const std::array<double, N> now = {own.first[0], own.first[1], own.first[2], B(0, 0), B(1, 1),
                                            B(2, 2),      B(0, 1),      B(0, 2),      B(1, 2)};
-        for (int a = 0; a < N; ++a) off.v[a][lane] = static_cast<float>(wanted_[i][a] - now[a]);
-        for (int a = 3; a < N; ++a) soft_[k].v[a][lane] = static_cast<float>(soft[a]);  // (L) is none the softer for it
+        for (int a = 0; a < N; ++a) off.v[a][lane] = wanted_[i][a] - now[a];
+        for (int a = 3; a < N; ++a) soft_[k].v[a][lane] = soft[a];  // (L) is none the softer for it
       }
       run_vectorised([&]<int>() CALOR_ALWAYS_INLINE { r_[k] = product(inverse_[k], off); });
     }
   }
 
   /// r -= alpha times the blocks' inverses times the matrix times p.
-  void subtract_product(std::span<const float> g, float alpha) {
-    std::array<float, lanes * N> effect;
+  void subtract_product(std::span<const double> g, double alpha) {
+    std::array<double, lanes * N> effect;
     for (std::size_t k = 0; k < r_.size(); ++k) {
       const int first = static_cast<int>(k) * lanes, count = owned_in(k);
       changes_.effects(g.data(), first, first + count, effect.data());
@@ -197,10 +190,10 @@ class MomentFit {
   }
 
   /// p = r + beta p, which is what the changes are made of while the fit goes on; z += alpha p.
-  void search(float alpha, float beta) {
+  void search(double alpha, double beta) {
     for (int i = 0; i < cloud_.owned; ++i) {
       for (int a = 0; a < N; ++a) {
-        float& p = changes_.at(i)[a];
+        double& p = changes_.at(i)[a];
         p = r_[i / lanes].v[a][i % lanes] + beta * p;
         z_[i / lanes].v[a][i % lanes] += alpha * p;
       }
@@ -209,9 +202,8 @@ class MomentFit {
   }
 
   const Cloud& cloud_;
-  double length_;
   Changes changes_;
-  std::vector<std::array<float, N>> wanted_;  // of (L) and (M)
+  std::vector<std::array<double, N>> wanted_;  // of (L) and (M)
   std::vector<SymmetricMatrix> inverse_;
   std::vector<Unknowns> soft_, r_, z_;
 };
@@ -219,25 +211,15 @@ class MomentFit {
 }  // namespace
 
 int fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g) {
-  double largest = 0, spacing = 0;
-  for (const double weight : g) largest = std::max(largest, weight);
-  for (const double s : cloud.spacing) spacing = std::max(spacing, s);
-  const double unit = unit_near(cloud.comm, largest), length = unit_near(cloud.comm, spacing);
-  std::vector<float> w(g.size()), base;
-  for (std::size_t n = 0; n < g.size(); ++n) w[n] = static_cast<float>(g[n] / unit);
-  std::vector<double>().swap(g);
+  std::vector<double> base;
   int fits = 0;
-  {
-    MomentFit fit(cloud, neighbours, unit, length);
-    while (fits < many_fits) {
-      const double change = fit.change(w);
-      if (++fits == few_fits && change < little) break;
-      if (fits == few_fits) base = w;
-      for (std::size_t n = 0; n < base.size(); ++n) w[n] = std::max(w[n], floor_of_fits * base[n]);
-    }
+  MomentFit fit(cloud, neighbours);
+  while (fits < many_fits) {
+    const double change = fit.change(g);
+    if (++fits == few_fits && change < little) break;
+    if (fits == few_fits) base = g;
+    for (std::size_t n = 0; n < base.size(); ++n) g[n] = std::max(g[n], floor_of_fits * base[n]);
   }
-  g.reserve(neighbours.column.capacity());  // so that they are packed where they are (pair_rows.hpp)
-  for (const float weight : w) g.push_back(unit * weight);
   return fits * steps_of_fit;
 }
 

@@ -18,12 +18,10 @@ namespace calor {
 using Six = std::array<double, 6>;
 inline Six products(const Vec3& a) { return {a.x * a.x, a.y * a.y, a.z * a.z, a.x * a.y, a.x * a.z, a.y * a.z}; }
 
-/// Vectors are computed with in double precision, as their conditions are to hold to round-off; tensors in single
-/// precision, which is far nearer than their conditions are met.
 template <bool tensors>
 class PairChanges {
  public:
-  using Number = std::conditional_t<tensors, float, double>;
+  using Number = double;
   /// Unknowns of a point: lambda, and with tensors the six of tau.
   static constexpr int unknowns = tensors ? 9 : 3;
 
@@ -92,8 +90,7 @@ class PairChanges {
   static constexpr int parts = unknowns / 3;  ///< lambda, diagonal and mixed components of tau
   using Places = Doubles<4>;
   using Vector __attribute__((vector_size(4 * sizeof(Number)))) = Number;
-  using Indices __attribute__((vector_size(4 * sizeof(Number)))) =
-      std::conditional_t<tensors, std::int32_t, std::int64_t>;
+  using Indices __attribute__((vector_size(4 * sizeof(Number)))) = std::int64_t;
 
   CALOR_ALWAYS_INLINE static Places load(const double* x) { return *reinterpret_cast<const UnalignedDoubles<4>*>(x); }
   CALOR_ALWAYS_INLINE static Vector load_numbers(const Number* v) {
