@@ -237,8 +237,9 @@ LambdaSolve enforce_linear_consistency(const Cloud& cloud, const Neighbours& nei
   for (int i = 0; i < cloud.owned; ++i)
     for (int a = 0; a < cloud.dimension; ++a) size = std::max(size, product(unit, face_size(cloud, i))[a]);
   const double round_off = 1e-13 * max(cloud.comm, size) * std::sqrt(static_cast<double>(cloud.count));
-  // Most of the weights that become negative show early, and the next solve starts from others.
-  constexpr double early = 1e-3;
+  // Weights that become negative show early, and the next solve starts from others; but the part that is solved stays
+  // in them, and must not tell how the body lies in the coarse grid.
+  constexpr double early = 1e-8;
   const auto r = numbers(std::span<Vec3>(R));
   const double start = std::sqrt(dot(cloud.comm, r, r));
   std::vector<double> p(3 * static_cast<std::size_t>(cloud.owned));

@@ -117,7 +117,7 @@ TEST(MirrorImages, MakeEveryPointOfALatticeAnInnerOne) {
       for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
         const Vec3 r = neighbours.x_ji(cloud.x, i, n);
         const auto [known, is_new] = at.try_emplace(std::lround(dot(r, r) * 100), G[n]);
-        EXPECT_NEAR(G[n], known->second, 1e-5 * std::abs(known->second));  // the fit is made in single precision
+        EXPECT_NEAR(G[n], known->second, 1e-12 * std::abs(known->second));
       }
     }
     EXPECT_EQ(report.negative, 0);
