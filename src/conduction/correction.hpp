@@ -120,7 +120,7 @@ void scale_traces(const Cloud& cloud, const Neighbours& neighbours, std::span<co
 
 /// A few steps towards (M) and (L) at once, sum_j g_ij x_ji (x) x_ji = 2 V_i I and sum_j g_ij x_ji = -A_i, by
 ///   g_ij <- g_ij [1 + (lambda_i - lambda_j).x_ji + x_ji.(tau_i + tau_j) x_ji],
-/// tau symmetric tensors; keeps g >= 0.02 of what it was. In single precision: what the steps leave is far larger.
+/// tau symmetric tensors; keeps g >= 0.02 of what it was.
 /// Returns their number.
 int fit_moments(const Cloud& cloud, const Neighbours& neighbours, std::vector<double>& g);
 
