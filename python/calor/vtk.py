@@ -29,8 +29,9 @@ def xdmf_entries(path: pathlib.Path) -> list[tuple[float, Callable[[], Any]]]:
     """The times of an XDMF file that calor has written, s, and what reads a data set of each. Raises FileError."""
     try:
         grids = [grid for grid in xml.parse(path).iter("Grid") if grid.get("GridType") == "Uniform"]
-        return [(float(grid.find("Time").attrib["Value"]), functools.partial(read_grid, path, grid)) for grid in grids]
-    except (OSError, xml.ParseError, AttributeError, KeyError) as error:
+        times = [grid.find("Time") for grid in grids]
+        return [(float(t.attrib["Value"]), functools.partial(read_grid, path, grid)) for t, grid in zip(times, grids) if t is not None]
+    except (OSError, xml.ParseError, KeyError, ValueError) as error:
         raise FileError(f"{path}: {error}") from None
 
 
