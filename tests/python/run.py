@@ -548,7 +548,7 @@ class Fits(unittest.TestCase):
 
 
 # A plate of 3 x 2 nodes: a flux q through it from the left, 300 K on the right; the right answer is known where all values are alike.
-PLATE = {
+FITTED_PLATE = {
     "title": "Plate", "method": "sph", "cloud": {"shape": "box", "size": ["0.1 m", "0.05 m"], "points": [11, 6]},
     "material": {"m": {"conductivity": {"grid": [[5, 5], [5, 5], [5, 5]], "along": ["x", "y"], "from": ["0 m", "0 m"], "to": ["0.1 m", "0.05 m"],
                                         "unit": "W/(m K)"}}},
@@ -581,7 +581,7 @@ class Fields(unittest.TestCase):
     setUp = Certificates.setUp
 
     def fitted(self, changes=None, rows=None):
-        case = json.loads(json.dumps(PLATE))
+        case = json.loads(json.dumps(FITTED_PLATE))
         toml.merge(case, changes or {})
         pathlib.Path("plate.toml").write_text(toml.write(case))
         # k = 8 everywhere: T = 300 + q (L - x) / k.
@@ -606,12 +606,12 @@ class Fields(unittest.TestCase):
         self.assertLess(found.told, 0.1)
 
     def test_derivatives_of_a_run_are_read_by_name(self):
-        case = copy.deepcopy({key: value for key, value in PLATE.items() if key != "fit"})
+        case = copy.deepcopy({key: value for key, value in FITTED_PLATE.items() if key != "fit"})
         result = Case({**case, "output": {"derivatives": "boundary.in.flux"}}).run("once", show_progress=False)
         self.assertAlmostEqual(result.derivatives["boundary.in.flux"]["p0"][-1], 1000 * 0.1 / 5, delta=1e-6)
 
     def test_what_does_not_fit_is_refused_with_its_line(self):
-        field = PLATE["fit"]["field"][0]
+        field = FITTED_PLATE["fit"]["field"][0]
         for changes, rows, words in (
                 (None, "p9,300\n", "plate.csv:2: the case has no probe 'p9'"),
                 (None, "p0,hot\n", "plate.csv:2: .* no probe with its temperature"),
