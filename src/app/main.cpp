@@ -208,22 +208,19 @@ std::vector<std::string> without_ranks(int argc, char** argv) {
   return words;
 }
 
-int command(int argc, char** argv) {
-  spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
-  spdlog::set_pattern("%v");
-  spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only
-  const auto terminal = spdlog::default_logger()->sinks().front();
-  terminal->set_level(spdlog::level::info);
-  spdlog::flush_on(spdlog::level::debug);
-  CLI::App app{"calor computes temperatures in solids without a mesh.", "calor"};
-  app.set_version_flag("--version", "calor " CALOR_VERSION);
-  app.require_subcommand(1);
-  CommandLine a;
-  a.words = without_ranks(argc, argv);
+/// What the first word of the command line says to do.
+struct Verbs {
+  CLI::App *run, *check, *cloud, *verify, *fresh, *list, *doc, *help;
+  std::vector<CLI::App*> of_python;  ///< which the Python package carries out
+};
 
-  CLI::App* run = app.add_subcommand("run", "run a case");
-  CLI::App* check = app.add_subcommand("check", "build everything, say sizes, step bound and memory; run nothing");
-  CLI::App* cloud = app.add_subcommand("cloud", "make the points alone: NAME.vtu to look at, and how good they are");
+Verbs add_verbs(CLI::App& app, CommandLine& a) {
+  Verbs all;
+  CLI::App* run = all.run = app.add_subcommand("run", "run a case");
+  CLI::App* check = all.check =
+      app.add_subcommand("check", "build everything, say sizes, step bound and memory; run nothing");
+  CLI::App* cloud = all.cloud =
+      app.add_subcommand("cloud", "make the points alone: NAME.vtu to look at, and how good they are");
   for (CLI::App* verb : {run, check, cloud}) {
     verb->add_option("CASE", a.case_file, "case file (TOML)")->required();
     verb->add_option("key=value", a.overrides, "changes to the case, e.g. sph.smoothing=1.3 or variant=NAME");
@@ -240,18 +237,18 @@ int command(int argc, char** argv) {
       "store the run and end it after this time, e.g. 90s or 3h (code 75)");
   run->add_flag("--quiet", a.quiet, "print errors and failed expectations only");
 
-  CLI::App* verify = app.add_subcommand("verify", "run cases and compare with what they expect");
+  CLI::App* verify = all.verify = app.add_subcommand("verify", "run cases and compare with what they expect");
   verify->add_option("CASE|FOLDER", a.paths, "default: cases");
   verify->add_option("--json", a.json, "file for the results as a list");
-  CLI::App* fresh = app.add_subcommand("new", "write a commented case to start from");
+  CLI::App* fresh = all.fresh = app.add_subcommand("new", "write a commented case to start from");
   fresh->add_option("NAME", a.name, "of the file; without one the starters are listed: plate, rod, disc, ...");
   fresh->add_option("--from", a.from, "an example to copy, with the files that it names");
-  CLI::App* list = app.add_subcommand("examples", "list the cases that come with calor");
+  CLI::App* list = all.list = app.add_subcommand("examples", "list the cases that come with calor");
   list->add_option("WORD", a.key, "only those that speak of it");
-  CLI::App* doc = app.add_subcommand("doc", "the manual of case files");
+  CLI::App* doc = all.doc = app.add_subcommand("doc", "the manual of case files");
   doc->add_option("WORD", a.key, "a section, a key or whatever it is about: cloud, cloud.rings, radiation, units");
   doc->add_flag("--schema", a.as_schema, "a JSON Schema of case files, for editors");
-  CLI::App* help = app.add_subcommand("help", "what calor can do, or one verb");
+  CLI::App* help = all.help = app.add_subcommand("help", "what calor can do, or one verb");
   help->add_option("VERB", a.name);
 
   CLI::App* plot = app.add_subcommand("plot", "draw pictures of a result");
@@ -260,9 +257,24 @@ int command(int argc, char** argv) {
   CLI::App* fit = app.add_subcommand("fit", "find unknown numbers of a case from measurements");
   CLI::App* study = app.add_subcommand("study", "run a case with other values of its keys");
   CLI::App* optimise = app.add_subcommand("optimise", "find the numbers of a case for which a result is best");
-  const std::vector<CLI::App*> of_python = {plot, report, certify, fit, study, optimise};
-  for (CLI::App* verb : of_python) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
+  all.of_python = {plot, report, certify, fit, study, optimise};
+  for (CLI::App* verb : all.of_python) verb->prefix_command()->set_help_flag();  // the Python package reads the rest
+  return all;
+}
 
+int command(int argc, char** argv) {
+  spdlog::set_default_logger(spdlog::stderr_color_mt("calor"));
+  spdlog::set_pattern("%v");
+  spdlog::set_level(spdlog::level::debug);  // debug: for the log in the result folder only
+  const auto terminal = spdlog::default_logger()->sinks().front();
+  terminal->set_level(spdlog::level::info);
+  spdlog::flush_on(spdlog::level::debug);
+  CLI::App app{"calor computes temperatures in solids without a mesh.", "calor"};
+  app.set_version_flag("--version", "calor " CALOR_VERSION);
+  app.require_subcommand(1);
+  CommandLine a;
+  a.words = without_ranks(argc, argv);
+  const Verbs verbs = add_verbs(app, a);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& e) {
@@ -273,17 +285,17 @@ int command(int argc, char** argv) {
     return static_cast<int>(Fault::command);
   }
 
-  if (a.quiet || *verify) terminal->set_level(spdlog::level::err);
+  if (a.quiet || *verbs.verify) terminal->set_level(spdlog::level::err);
   try {
     require_open_files();
-    if (*help && std::ranges::any_of(of_python, [&](CLI::App* verb) { return verb->get_name() == a.name; }))
+    if (*verbs.help && std::ranges::any_of(verbs.of_python, [&](CLI::App* verb) { return verb->get_name() == a.name; }))
       become_python({a.name, "--help"});
-    if (*help) return finish_output(show_help(app, a.name));
-    if (*fresh) return finish_output(new_case(a.name, a.from));
-    if (*list) return finish_output(list_examples(a.key));
-    if (std::ranges::any_of(of_python, [](CLI::App* verb) { return verb->parsed(); }))
+    if (*verbs.help) return finish_output(show_help(app, a.name));
+    if (*verbs.fresh) return finish_output(new_case(a.name, a.from));
+    if (*verbs.list) return finish_output(list_examples(a.key));
+    if (std::ranges::any_of(verbs.of_python, [](CLI::App* verb) { return verb->parsed(); }))
       become_python({argv + 1, argv + argc});
-    if (*doc) {
+    if (*verbs.doc) {
       say(a.as_schema     ? json_schema(schema())
           : a.key.empty() ? manual(schema())
                           : manual_on(schema(), a.key, stdout_takes_colour()));
@@ -296,12 +308,13 @@ int command(int argc, char** argv) {
   }
 
   return under_petsc(argv, [&](MPI_Comm comm) {
-    if (*check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm);
-    if (*cloud) {
+    if (*verbs.check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm);
+    if (*verbs.cloud) {
       const Case c = Case::read(a.case_file, schema(), a.overrides);
       return show_cloud(c, a.name.empty() ? c.name() : a.name, comm);
     }
-    if (*verify) return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
+    if (*verbs.verify)
+      return calor::verify(a.paths.empty() ? std::vector<std::string>{"cases"} : a.paths, a.json, comm);
     return run_verb(a, comm);
   });
 }

@@ -70,6 +70,15 @@ void add_numbers(const Model& model, State& end, RunResult& result) {
   }
 }
 
+/// Adds what is known at the end. Collective.
+void finish(const Model& model, State& state, const Observers& observers, RunResult& result) {
+  add_numbers(model, state, result);
+  Moment end(*model.system, state);
+  end.is_cut_short = result.is_cut_short();
+  for (const auto& observer : observers) observer->finish(end, result);
+  result.numbers["interrupted_by"] = result.interrupted_by;
+}
+
 void refuse_restart_of_steady(const Case& c) {
   if (is_steady(c))
     c.root().refuse("steady", "a steady state has no checkpoints to go on from", "run it anew, without --restart");
@@ -164,11 +173,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     throw Error(Fault::numbers, e.location(), e.problem(), e.cure());  // the case went well until here
   }
   lock.require_folder();
-  add_numbers(model, state, result);
-  Moment end(system, state);
-  end.is_cut_short = result.is_cut_short();
-  for (const auto& observer : observers) observer->finish(end, result);
-  result.numbers["interrupted_by"] = result.interrupted_by;
+  finish(model, state, observers, result);
   write_report(comm, options.folder, c, result, phases);
   result.wall = phases.elapsed();
   for (const std::string& text : summary(result, unit)) say(comm, spdlog::level::debug, text);

@@ -109,8 +109,8 @@ Function read_grid(const FunctionTable& parts) {
   const Value& nodes = *parts.table().find("grid");
   std::vector<double> values;
   read_nodes(parts, nodes, 0, axes, values);
-  const auto evaluate = [grid = Grid(std::move(axes), std::move(values), nodes.location)](
-                            const Arguments& args, std::span<double> out) {
+  const auto evaluate = [grid = Grid(std::move(axes), std::move(values), nodes.location)](const Arguments& args,
+                                                                                          std::span<double> out) {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = grid(args.x[i]);
   };
   return Function::callback({.evaluate = evaluate, .on = {.place = true}}, nodes.location);

@@ -51,7 +51,8 @@ void declare_output(Schema& schema) {
            {"checkpoint_steps", Kind::integer, "", optional, "The run is stored every so many steps as well."},
            {"derivatives", Kind::texts, "", optional,
             "Numbers of the case, such as \"material.steel.conductivity\" or, entry by entry, "
-            "\"material.steel.conductivity.grid\": derivatives.csv has the derivatives of the temperatures of all probes "
+            "\"material.steel.conductivity.grid\": derivatives.csv has the derivatives of the temperatures of all "
+            "probes "
             "by them: of a steady state by its tangent or its adjoint, whichever takes fewer solutions, of a run by "
             "tr-bdf2 by the tangents of its steps."},
            {"temperature", Kind::text, "", "K",
