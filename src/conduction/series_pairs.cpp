@@ -327,6 +327,7 @@ void SeriesPairs::add_rate(const Conductivity& k, std::span<const double> T, std
 }
 
 void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
+  if (pairs_.empty()) return;
   const Resistances r = resistances(T, true);
   const Conductivity& ends = *k.ends;
   for (std::size_t n = 0; n < pairs_.size(); ++n) {

@@ -89,7 +89,7 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
 
 bool Parts::has_plane_between(const Vec3& a, const Vec3& b) const {
   if (layers_.axis < 0) return false;
-  const auto [low, high] = std::minmax(a[layers_.axis] - layers_.start, b[layers_.axis] - layers_.start);
+  const auto [low, high] = std::minmax({a[layers_.axis] - layers_.start, b[layers_.axis] - layers_.start});
   const auto above = std::ranges::lower_bound(layers_.top, low);
   return above != layers_.top.end() && *above <= high && above + 1 != layers_.top.end();
 }
