@@ -332,7 +332,7 @@ class Material:
 
 def materials() -> list[str]:
     """Names of the materials of the library."""
-    return _core.library()
+    return _core.material_names()
 
 
 def material(name: str) -> Material:

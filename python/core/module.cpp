@@ -51,7 +51,7 @@ class LibraryEntry {
 };
 
 void add_materials(py::module_& m) {
-  m.def("library", [] {
+  m.def("material_names", [] {
     std::vector<std::string> names;
     for (const LibraryMaterial& material : material_library()) names.push_back(material.name);
     return names;

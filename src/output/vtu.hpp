@@ -1,6 +1,6 @@
 #pragma once
 // Fields for ParaView, VTK, pyvista and meshio: at every time the points as an unstructured grid (VTU) and the surface
-// as polygons (VTP), appended-raw, one file a rank with a PVTU or PVTP over several ranks; and a PVD over the times of
+// as polygons (VTP), compressed, one file a rank with a PVTU or PVTP over several ranks; and a PVD over the times of
 // each. Names of tags, parts, faces and conditions are in the field data, as arrays of one integer: "tag core" = 1.
 // (Not as texts: meshio reads none.)
 #include <memory>
