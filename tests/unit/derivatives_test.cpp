@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <map>
 #include <sstream>
 
@@ -38,6 +39,25 @@ std::vector<double> readings(const CaseModel& model) {
   model.system().temperatures(steady.T);
   return Probes(model.description(), model.cloud(), &model.system().dofs(), &model.system().material().parts())
       .temperatures(steady.T);
+}
+
+/// Compares with fourth-order differences of `readings_at(values)` about `at`, steps `step` of the values.
+void expect_derivatives(const std::map<std::string, std::vector<double>>& found, const std::vector<std::string>& names,
+                        const std::vector<double>& at, double step, double tolerance,
+                        const std::function<std::vector<double>(const std::vector<double>&)>& readings_at) {
+  for (std::size_t n = 0; n < names.size(); ++n) {
+    const double h = step * at[n];
+    const auto moved = [&](double steps) {
+      std::vector<double> p = at;
+      p[n] += steps * h;
+      return readings_at(p);
+    };
+    const auto a = moved(-2), b = moved(-1), c = moved(1), d = moved(2);
+    for (std::size_t m = 0; m < 2; ++m) {
+      const double by_runs = (a[m] - 8 * b[m] + 8 * c[m] - d[m]) / (12 * h);
+      EXPECT_NEAR(found.at(names[n])[m], by_runs, tolerance * std::abs(by_runs)) << names[n];
+    }
+  }
 }
 
 // T = T_w + q (L - x) / k.
@@ -121,20 +141,8 @@ TEST(Derivatives, OfANonlinearWallAreDifferencesOfWholeRuns) {
     };
     const TemporaryFolder folder;
     run_into(folder.path(), wall(method, at[0], at[1], at[2], at[3], at[4]));
-    const auto found = derivatives(folder.path());
-    for (std::size_t n = 0; n < names.size(); ++n) {
-      const double h = 3e-4 * at[n];
-      const auto moved = [&](double steps) {
-        std::vector<double> p = at;
-        p[n] += steps * h;
-        return readings_at(p);
-      };
-      const auto a = moved(-2), b = moved(-1), c = moved(1), d = moved(2);
-      for (std::size_t m = 0; m < 2; ++m) {
-        const double by_runs = (a[m] - 8 * b[m] + 8 * c[m] - d[m]) / (12 * h);
-        EXPECT_NEAR(found.at(names[n])[m], by_runs, 1e-7 * std::abs(by_runs)) << method << ' ' << names[n];
-      }
-    }
+    SCOPED_TRACE(method);
+    expect_derivatives(derivatives(folder.path()), names, at, 3e-4, 1e-7, readings_at);
   }
 }
 
@@ -178,20 +186,9 @@ TEST(Derivatives, OfARunOverTimeAreDifferencesOfWholeRuns) {
     const TemporaryFolder folder;
     run_into(folder.path(),
              heating(method, at) + fmt::format("[output]\nderivatives = [\"{}\"]\n", fmt::join(names, "\", \"")));
-    const auto found = derivatives(folder.path());
-    for (std::size_t n = 0; n < names.size(); ++n) {
-      const double h = 1e-3 * at[n];  // stages end within 1e-10 of the span of temperatures
-      const auto moved = [&](double steps) {
-        std::vector<double> p = at;
-        p[n] += steps * h;
-        return readings_at(p);
-      };
-      const auto a = moved(-2), b = moved(-1), c = moved(1), d = moved(2);
-      for (std::size_t m = 0; m < 2; ++m) {
-        const double by_runs = (a[m] - 8 * b[m] + 8 * c[m] - d[m]) / (12 * h);
-        EXPECT_NEAR(found.at(names[n])[m], by_runs, 1e-6 * std::abs(by_runs)) << method << ' ' << names[n];
-      }
-    }
+    SCOPED_TRACE(method);
+    // Stages end within 1e-10 of the span of temperatures.
+    expect_derivatives(derivatives(folder.path()), names, at, 1e-3, 1e-6, readings_at);
   }
 }
 
