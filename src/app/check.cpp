@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include <algorithm>
+#include <cstdio>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -24,15 +26,25 @@
 namespace calor {
 namespace {
 
-/// Bytes that the process with the most of them will need: what building took, which a run does too, the arrays of its
-/// steps and fields, and where equations are solved their matrix and its preconditioner. Collective.
+/// Bytes that the process holds now.
+double resident_memory() {
+  long pages = 0, resident = 0;
+  if (std::FILE* file = std::fopen("/proc/self/statm", "r")) {
+    if (std::fscanf(file, "%ld %ld", &pages, &resident) != 2) resident = 0;
+    std::fclose(file);
+  }
+  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE));
+}
+
+/// Bytes that the process with the most of them will need: what building took at its worst, or what is left of it with
+/// the arrays of steps and fields and, where equations are solved, their matrix and its preconditioner. Collective.
 double expected_memory(const Cloud& cloud, double pairs, bool solves) {
   constexpr double of_point = 90, of_pair = 24;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double share = 1.0 / size_of(cloud.comm);
-  return 1024 * max(cloud.comm, static_cast<double>(usage.ru_maxrss)) +
-         share * (of_point * static_cast<double>(cloud.count) + (solves ? of_pair * pairs : 0));
+  const double more = share * (of_point * static_cast<double>(cloud.count) + (solves ? of_pair * pairs : 0));
+  return max(cloud.comm, std::max(1024. * static_cast<double>(usage.ru_maxrss), resident_memory() + more));
 }
 
 }  // namespace
