@@ -18,7 +18,8 @@ _calor() {
       check) words="-j --units" ;;
       cloud) words="-j -o" ;;
       certify) words="--budget --methods --refine --twin -j -o" ;;
-      fit | study) words="-j -o" ;;
+      fit) words="-j -o" ;;
+      study) words="--sobol -j -o" ;;
       optimise) words="--picture -o" ;;
       plot) words="section surface lines probes pool balance energy stress film --field --time --plane --format --film --dark --units -o" ;;
       report) words="--units -o" ;;

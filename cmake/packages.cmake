@@ -82,7 +82,7 @@ else()
 endif()
 set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${needed_by_python}")
 set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib, python3-scipy, python3-vtk9, python3-h5py")
-set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, ffmpeg")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SUGGESTS "python3-pandas, python3-openturns, ffmpeg")
 set(CPACK_DEBIAN_PYTHON_DESCRIPTION "meshless heat conduction (Python)
 Cases, runs and results of calor in Python, and what the command calor draws
 pictures and writes reports, fits and studies with; and calor.core, the library

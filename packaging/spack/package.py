@@ -20,6 +20,7 @@ class Calor(CMakePackage):
     depends_on("pkgconfig", type="build")
     depends_on("mpi")
     depends_on("petsc@3.18: +mpi ~complex +double ~int64")
+    depends_on("hdf5 +mpi")
     depends_on("muparser")
     depends_on("udunits")
     depends_on("fmt")
@@ -32,6 +33,7 @@ class Calor(CMakePackage):
     depends_on("tomlplusplus", type="build")
     depends_on("python@3.11:", type="run")
     depends_on("py-numpy", type="run")
+    depends_on("py-scipy", type="run")
     depends_on("py-matplotlib", type="run")
 
     def cmake_args(self):

@@ -31,7 +31,7 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     verbs = parser.add_subparsers(dest="verb", required=True)
     plot = verbs.add_parser("plot", help="draw pictures of a result")
     plot.add_argument("result", help="folder that calor run has written")
-    plot.add_argument("what", nargs="*", help="section, surface, lines, probes, pool, balance, energy, film; default: all that there are")
+    plot.add_argument("what", nargs="*", help="section, surface, lines, probes, pool, balance, energy, stress, film; default: all that there are")
     plot.add_argument("-o", "--output", help="folder for the pictures (default: RESULT/pictures)")
     plot.add_argument("--field", default="temperature", help="field of sections, surfaces and films (default: temperature)")
     plot.add_argument("--time", type=float, help="of sections and surfaces, s (default: the end)")
@@ -67,7 +67,14 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     optimise.add_argument("case", metavar="CASE", help="case file with [optimise]")
     optimise.add_argument("-o", "--output", help="folder (default: results/CASE-optimum)")
     optimise.add_argument("--picture", help="file for a picture of composition, temperature and stress before and after")
-    return parser.parse_args(words)
+    # argparse takes the words of a list in one row alone: those behind an option are left over.
+    options, rest = parser.parse_known_args(words)
+    words_of = {"plot": "what", "certify": "changes", "study": "values"}.get(options.verb)
+    if rest and (not words_of or any(word.startswith("-") for word in rest)):
+        parser.error(f"unrecognized arguments: {' '.join(rest)}")
+    if words_of:
+        getattr(options, words_of).extend(rest)
+    return options
 
 
 def tell(line: str) -> None:
@@ -141,7 +148,7 @@ def open_result(options: argparse.Namespace) -> Result:
 def draw(options: argparse.Namespace) -> None:
     import matplotlib
     matplotlib.use("Agg")
-    from . import plot
+    from . import film, plot
     from .command import CalorError, CommandError
     result = open_result(options)
     folder = pathlib.Path(options.output) if options.output else result.folder / "pictures"
@@ -156,7 +163,7 @@ def draw(options: argparse.Namespace) -> None:
         path = folder / f"{what}.{options.film if what == 'film' else options.format}"
         try:
             if what == "film":
-                plot.animate(result, path, name=options.field, plane=options.plane, dark=options.dark)
+                film.animate(result, path, name=options.field, plane=options.plane, dark=options.dark)
             else:
                 plot.figure(result, what, dark=options.dark, **of_fields.get(what, {})).savefig(path, dpi=150)
         except CalorError:

@@ -2,7 +2,6 @@
 axes, for figures of several parts. Lengths are in mm where the body is smaller than a metre."""
 from __future__ import annotations
 
-import pathlib
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -376,31 +375,3 @@ def pictures(result: Result, **options: Any) -> dict[str, Figure]:
         except CalorError:
             plt.close()
     return drawn
-
-
-def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", plane: tuple[str, float] | None = None,
-            dark: bool = False, seconds: float = 6) -> None:
-    """The section over all times of the result as a film: .mp4 (needs ffmpeg) or .gif. One scale of colours for all."""
-    from matplotlib.animation import FuncAnimation
-    if len(result.times) < 2:
-        raise CalorError("a film needs several times: give [output] every, or times")
-    ranges = [in_section(result.shown(result.fields(t)), name, plane) for t in result.times]
-    limits = (min(values.min() for values in ranges), max(values.max() for values in ranges))
-    with theme(dark):
-        first = result.shown(result.fields(result.times[0]))
-        figure, axes = section_figure(first, plane)
-        colours = matplotlib.cm.ScalarMappable(matplotlib.colors.Normalize(*limits))
-        colour_bar(figure, colours, axes, first.label(name))
-        isotherm = isotherm_of(result) if name == "temperature" else None
-
-        def show(n: int) -> None:
-            axes.clear()
-            draw_section(axes, result, name, result.times[n], plane, isotherm=isotherm, limits=limits)
-            put_title(figure, f"{result.title}: t = {result.times[n]:.4g} s")
-
-        film = FuncAnimation(figure, show, frames=len(result.times))
-        try:
-            film.save(path, writer="ffmpeg" if path.suffix == ".mp4" else "pillow", fps=max(1.0, len(result.times) / seconds), dpi=120)
-        except FileNotFoundError:
-            raise CalorError("a film .mp4 needs ffmpeg: apt-get install ffmpeg, or ask for a .gif") from None
-        plt.close(figure)

@@ -1,8 +1,12 @@
 #include "model.hpp"
 
 #include <algorithm>
+#include <csignal>
+#include <optional>
 #include <set>
+#include <utility>
 
+#include "app/interrupts.hpp"
 #include "app/run.hpp"
 #include "app/schema.hpp"
 #include "callbacks.hpp"
@@ -15,6 +19,15 @@ namespace {
 Case read_case(const std::string& path, const std::vector<std::string>& overrides, const py::dict& functions) {
   start_session();
   return Case::read(path, schema(), overrides, callbacks_of(functions));
+}
+
+/// What Python's handlers of signals have raised, KeyboardInterrupt as a rule: a run ends after its step as that of the
+/// command does, with all results up to there, before it is passed on.
+std::optional<py::error_already_set> interrupt;
+
+int interrupted() {
+  if (!interrupt && PyErr_CheckSignals() != 0) interrupt.emplace();
+  return interrupt ? SIGINT : 0;
 }
 
 /// Gathers entries with the numbers that points have in the results.
@@ -231,7 +244,11 @@ Array CaseModel::march(const std::vector<double>& times) const {
 bool run_case(const std::string& path, const std::vector<std::string>& overrides, const py::dict& functions,
               const std::string& folder) {
   const Case c = read_case(path, overrides, functions);
-  return run(c, MPI_COMM_SELF, {.folder = folder, .quiet = true}).passed();
+  interrupt.reset();
+  ask_for_interrupts(interrupted);
+  const RunResult result = run(c, MPI_COMM_SELF, {.folder = folder, .quiet = true});
+  if (auto raised = std::exchange(interrupt, {})) throw std::move(*raised);
+  return result.passed();
 }
 
 }  // namespace calor::python

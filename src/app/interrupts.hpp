@@ -17,7 +17,10 @@ class InterruptsWait {
   InterruptsWait& operator=(const InterruptsWait&) = delete;
 };
 
-/// Number of the signal that has been noted, or 0.
+/// For a program that handles signals itself: `asked` tells the number of the one that asks the run to end, or 0.
+void ask_for_interrupts(int (*asked)());
+
+/// Number of the signal that asks the run to end, or 0.
 int interrupted_by();
 
 }  // namespace calor

@@ -224,6 +224,7 @@ class Tables {
 std::string json_schema(const Schema& schema) {
   Json root = {{"$schema", "http://json-schema.org/draft-07/schema#"}, {"title", "Case file of calor " CALOR_VERSION}};
   root.update(Tables(schema).of(""));
+  root["oneOf"] = {{{"required", {"steady"}}}, {{"required", {"time"}}}};
   return root.dump(1) + "\n";
 }
 

@@ -71,6 +71,8 @@ const std::vector<LibraryMaterial>& material_library() {
                                "Alloys (2002), Ti-6Al-4V",
                            agazhanov = "Agazhanov, Samoshkin & Kozlovskii, J. Phys. Conf. Ser. 1382 (2019) 012175";
   static const std::string en2 = "EN 1992-1-2:2004, clause ";
+  static const std::string vdi = "VDI Heat Atlas, 2nd edition (2010), refractories, mullite brick",
+                           robie = "Robie & Hemingway, USGS Bulletin 2131 (1995), Al6Si2O13";
   static const std::vector<LibraryMaterial> all = {
       {"Inconel 625",
        {"table from 21 to 982 degC: 9.8 to 25.2",
@@ -225,6 +227,17 @@ const std::vector<LibraryMaterial>& material_library() {
        {"600 J/(kg K)", "", "NIST WebBook (Chase 1998): 73.45 J/(mol K) at 800 K = 596, rounded"},
        273,
        1500},
+      {"mullite",
+       {"table from 400 to 1200 degC: 1.45 to 1.67",
+        "W/(m K)",
+        vdi,
+        nullptr,
+        {{400, 1.45}, {600, 1.52}, {800, 1.58}, {1000, 1.63}, {1200, 1.67}}},
+       {"2540 kg/m^3", "", vdi},
+       {"(754.6 - 0.02943*T - 3.454e6/T^2 - 6576/sqrt(T))/0.42605", "J/(kg K)",
+        robie + "; its means from 20 degC are within 2.3 % of those of the VDI Heat Atlas"},
+       673,
+       1473},
       {"Ti-6Al-4V",
        {"table from 25 to 600 degC: 7.0 to 14.2",
         "W/(m K)",

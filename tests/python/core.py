@@ -18,7 +18,7 @@ try:
     import numpy as np
     from scipy.sparse.linalg import spsolve
 
-    from calor import CalorError, Case, CaseError, NumbersError, command
+    from calor import CalorError, Case, CaseError, NumbersError, Result, command
     if len(sys.argv) > 1:
         CALOR = str(pathlib.Path(sys.argv[1]).resolve())
         command.find_command = lambda: CALOR
@@ -233,6 +233,15 @@ class Laws(InAFolder):
             solve(lambda T: 1 / 0)
         with self.assertRaises(KeyboardInterrupt):
             core.run(STEADY, {"material.steel.conductivity": lambda T: signal.raise_signal(signal.SIGINT)})
+        # Ctrl-C in a run without laws of Python, as soon as it has written something: no end within a century of seconds.
+        endless = {**PLATE, "time": {"end": "1e9 s", "integrator": "tr-bdf2", "step": "0.1 s"}, "output": {"samples": 1000000, "checkpoint": "0 s"}}
+        hand = subprocess.Popen(["sh", "-c", f"until [ -s endless/probes.csv ] || [ -s endless/balance.csv ]; do sleep 0.02; done; kill -INT {os.getpid()}"])
+        self.addCleanup(hand.kill)
+        with self.assertRaises(KeyboardInterrupt):
+            core.run(endless, folder="endless")
+        self.assertEqual(Result("endless").numbers["interrupted_by"], signal.SIGINT)
+        self.assertGreater(Result("endless").balance["time"][-1], 0)
+        core.run(STEADY)  # another run goes its way
         with self.assertRaisesRegex(CaseError, "there is no callback 'k'.*the program gives q"):
             core.Model(STEADY, {"material.steel.conductivity": {"callback": "k"}}, functions={"q": lambda: 1.0})
         with self.assertRaisesRegex(CaseError, "the command has none"):

@@ -301,12 +301,13 @@ class Pictures(unittest.TestCase):
 
     def test_the_command_draws_and_refuses(self):
         shutil.copytree(shared(PLATE).folder, "plate")
-        said = subprocess.run([CALOR, "plot", "plate", "probes", "section", "--time", "600", "--format", "svg"], capture_output=True, text=True)
+        said = subprocess.run([CALOR, "plot", "plate", "probes", "--time", "600", "section", "--format", "svg"], capture_output=True, text=True)
         self.assertEqual((said.returncode, said.stdout.splitlines()), (0, ["plate/pictures/probes.svg", "plate/pictures/section.svg"]), said.stderr)
         self.assertIn("Plate", pathlib.Path("plate/pictures/section.svg").read_text())
         for words, code, text in ((["nothing"], 4, "report.json is missing"), (["plate", "tea"], 2, "there is no picture 'tea'"),
                                   (["plate", "section", "--field", "colour"], 1, "there is no field 'colour'"),
-                                  (["plate", "section", "--time", "7"], 2, "at 0, 600, 1200 s")):
+                                  (["plate", "section", "--time", "7"], 2, "at 0, 600, 1200 s"),
+                                  (["plate", "--drak", "section"], 2, "unrecognized arguments: --drak")):
             said = subprocess.run([CALOR, "plot", *words], capture_output=True, text=True)
             self.assertEqual(said.returncode, code, said.stderr)
             self.assertIn(text, said.stderr)
@@ -322,10 +323,12 @@ class Pictures(unittest.TestCase):
 
     def test_a_film_has_a_picture_a_time(self):
         from PIL import Image
-        from calor import plot
-        plot.animate(shared(PLATE), pathlib.Path("film.gif"))
-        with Image.open("film.gif") as film:
-            self.assertEqual(film.n_frames, 3)
+        from calor import film
+        film.animate(shared(PLATE), pathlib.Path("film.gif"))
+        with Image.open("film.gif") as frames:
+            self.assertEqual(frames.n_frames, 3)
+        with matplotlib.rc_context({"animation.ffmpeg_path": "none such"}), self.assertRaisesRegex(CalorError, "apt-get install ffmpeg"):
+            film.animate(shared(PLATE), pathlib.Path("film.mp4"))
 
 
 class Page(unittest.TestCase):

@@ -66,6 +66,7 @@ TEST(MaterialLibrary, GivesTheValuesOfItsSourcesAtSingleTemperatures) {
                                       {"alumina", 1000, 8.738271, 1223.7},
                                       {"silicon carbide", 1000, 98.0392, 1191.6451},
                                       {"uranium dioxide", 1000, 3.467073, 311.3687},
+                                      {"mullite", 773.15, 1.485, 1149.0873},
                                       {"concrete EN 1992-1-2", 573.15, 1.0033, 1050}}) {
     SCOPED_TRACE(name);
     const SimpleProperties p = find_in_library(name)->properties();
