@@ -4,9 +4,12 @@ from __future__ import annotations
 import argparse
 import pathlib
 import sys
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from .result import Result
 
 PACKAGES = {"numpy": "python3-numpy", "matplotlib": "python3-matplotlib", "vtkmodules": "python3-vtk9", "PIL": "python3-pil",
@@ -81,10 +84,27 @@ def tell(line: str) -> None:
     print(line, file=sys.stderr, flush=True)
 
 
+def picture(path: pathlib.Path, draw: Callable[[], Figure]) -> pathlib.Path:
+    from . import figures
+    return figures.write(path, draw)
+
+
+def tell_pictures(write: Callable[[], pathlib.Path]) -> None:
+    """Prints the name of what is written, or why there is nothing."""
+    from .command import CommandError
+    try:
+        print(write())
+    except ModuleNotFoundError:
+        tell("pictures need python3-matplotlib: apt-get install python3-matplotlib")
+    except CommandError as nothing:
+        tell(f"no pictures: {nothing}")
+
+
 def write_fit(options: argparse.Namespace) -> None:
     from . import fit
     found = fit.fit(options.case, options.output, j=options.j, say=tell)
     print(found.table())
+    tell_pictures(lambda: picture(found.folder / "fit.png", found.plot))
     print(f"{found.folder / 'fit.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-fitted.toml'}")
 
 
@@ -103,6 +123,7 @@ def write_study(options: argparse.Namespace) -> None:
         from . import sobol
         from .case import Case
         print(sobol.table(sobol.sobol(done, Case(options.case).to_dict().get("study", {}).get("range", {}))))
+    tell_pictures(lambda: picture(done.folder / "study.png", done.plot))
     print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
 
 
@@ -112,11 +133,7 @@ def write_optimum(options: argparse.Namespace) -> None:
     print(found.table())
     print(f"{found.folder / 'optimum.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-best.toml'}")
     if options.picture:
-        import matplotlib
-        matplotlib.use("Agg")
-        from .style import theme
-        with theme():
-            found.plot().savefig(options.picture)
+        picture(pathlib.Path(options.picture), found.plot)
 
 
 def write_certificate(options: argparse.Namespace) -> None:
@@ -135,7 +152,8 @@ def write_certificate(options: argparse.Namespace) -> None:
                                   budget=certify.seconds(options.budget), factors=factors, j=options.j,
                                   say=tell)
     print(certificate.table())
-    print(f"certificate in {certificate.folder / 'certificate.json'}")
+    tell_pictures(certificate.write_page)
+    print(certificate.folder / "certificate.json")
 
 
 def open_result(options: argparse.Namespace) -> Result:

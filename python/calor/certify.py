@@ -12,7 +12,7 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -20,6 +20,9 @@ from . import convergence, refine, toml
 from .case import Case
 from .command import CalorError, CommandError, FileError, NumbersError
 from .result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 METHODS = ("sph", "peridynamics", "mlpg")
 FACTORS = (1.0, 1.5, 2.0, 3.0, 4.0, 6.0, 8.0, 12.0, 16.0)  # finer than the case, as long as time is left
@@ -48,7 +51,8 @@ class Quantity:
 
 
 def quantities_of(result: Result) -> dict[str, Quantity]:
-    """Temperatures of probes at the end, values of expectations, heat flows, and mean temperatures."""
+    """Temperatures of probes at the end, values of expectations, heat flows, and mean temperatures; of a weld the sizes of
+    the melt, and of its probes the highest temperatures and the times of cooling."""
     found: dict[str, Quantity] = {}
 
     def add(name: str, unit: str, kind: str, value: Any) -> None:
@@ -69,6 +73,14 @@ def quantities_of(result: Result) -> dict[str, Quantity]:
             add(f"heat flow {name.removeprefix('heat_flow.')}", "W", "W", value)
         elif name.startswith("mean."):
             add(f"mean {name.removeprefix('mean.')}", "K", "K", value)
+    case = result.report["case"]
+    if "weld" in case:
+        for extent in case["weld"].get("extent", {}):
+            add(f"largest {extent}", "m", "m", result.numbers[f"largest_{extent}"])
+            add(f"melted {extent}", "m", "m", result.numbers[f"peak_{extent}"])
+        for probe, (peak, time) in (result.cooling if case.get("probe") else {}).items():
+            add(f"peak of {probe}", "K", "K", peak)
+            add(f"cooling time of {probe}", "s", "s", time)
     return found
 
 
@@ -96,6 +108,20 @@ class Certificate:
         self.written = case.to_dict()
         if case.variant:
             self._take_variant(case.variant)
+
+    @property
+    def title(self) -> str:
+        return str(self.written.get("title", self.case.name))
+
+    def plot(self) -> Figure:
+        """Values over the spacing, limits and bars. Needs python3-matplotlib."""
+        from . import figures
+        return figures.certificate(self)
+
+    def write_page(self) -> pathlib.Path:
+        """certificate.html, with all statements and the picture. Needs python3-matplotlib."""
+        from . import figures
+        return figures.certificate_page(self)
 
     def _take_variant(self, name: str) -> None:
         for variant in self.written.get("variant", []):
@@ -218,7 +244,7 @@ class Certificate:
     def table(self) -> str:
         """For people."""
         spacings = sorted({round(run.factor, 6) for run in self.runs})
-        lines = [f"{self.written.get('title', self.case.name)}: {len(self.runs)} runs at "
+        lines = [f"{self.title}: {len(self.runs)} runs at "
                  f"{', '.join(f'{f:g}' for f in spacings)} times the points a length, {time.monotonic() - self.started:.0f} s"]
         width = max(len(name) for name in self.quantities) if self.quantities else 0
         for name, quantity in self.quantities.items():

@@ -82,13 +82,14 @@ def limit(h: Sequence[float], f: Sequence[float], round_off: float, other: float
 
 def limit_of_random_points(h: Sequence[float], f: Sequence[float], round_off: float, other: float = 0) -> Limit:
     """The same where every spacing has points of its own at random: their scatter hides the order, and nothing is
-    extrapolated. The bar holds the last two changes, and what is left to the limit where they fall steadily."""
+    extrapolated. The bar holds the last changes, three where there are so many, as one or two may be small by chance; and what
+    is left to the limit where they fall steadily."""
     changes = [abs(b - a) for a, b in zip(f, f[1:])]
-    bar = max(*changes[-2:], round_off)
+    bar = max(*changes[-3:], round_off)
     p = observed_order(h[-3:], f[-3:])
     if not math.isnan(p):
         bar = max(bar, 1.25 * abs(extrapolated(h, f, min(max(p, LEAST_ORDER), SMOOTH_ORDER)) - f[-1]))
-    if changes[-1] > 1.5 * changes[-2] and changes[-1] > max(round_off, 3 * other):
+    if changes[-1] > 1.5 * max(changes[-3:-1]) and changes[-1] > max(round_off, 3 * other):
         return Limit(f[-1], 3 * bar, math.nan, f"the last two refinements changed it by {changes[-2]:.2g} and {changes[-1]:.2g}: it does not converge")
     return Limit(f[-1], bar + other, math.nan)
 

@@ -1,6 +1,6 @@
 """Unknown numbers of a case from measurements: least squares, weighted by the noise.
 
-Gauss-Newton with Levenberg's and Marquardt's damping. Of readings of probes a steady run, and one by tr-bdf2, gives the derivatives
+Gauss-Newton with Levenberg's and Marquardt's damping. Of probes and of the balance a steady run, and one by tr-bdf2, gives the derivatives
 with the values, by its tangent or its adjoint; elsewhere they come by differences once, later by Broyden's updates, and by
 differences again at the end, from which the intervals follow. Runs that do not depend on each other go side by side.
 """
@@ -12,7 +12,7 @@ import pathlib
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -23,6 +23,9 @@ from .fields import Field, read_field
 from .readings import Data, read_data
 from .result import Array, Result
 from .unknowns import line_of, read_unknown, Unknown
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 LONGEST_STEP = 0.5    # of an unknown in one step, of its value
 DIFFERENCE = 1e-2     # of an unknown for a derivative: well above what adaptive steps and solvers leave
@@ -54,6 +57,16 @@ class Fit:
     def single(self) -> int:
         """How many unknowns are numbers of their own, and not of a field."""
         return len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)
+
+    def computed(self, n: int) -> Array:
+        """What the case gives in place of data[n]."""
+        computed: Array = self.data[n].value + self.data[n].noise * self.residuals[n]
+        return computed
+
+    def plot(self) -> Figure:
+        """Computed and measured values, and their differences. Needs python3-matplotlib."""
+        from . import figures
+        return figures.measurements(self)
 
     def remarks(self) -> list[str]:
         """What the measurements do not tell, in sentences."""
@@ -99,7 +112,7 @@ class Fit:
                 "correlation": self.correlation[: self.single, : self.single].tolist(), "told": self.told, "misfit": self.misfit, "runs": self.runs, "converged": self.converged,
                 "remarks": self.remarks(),
                 "data": [{"name": d.name, "time": [None if math.isinf(t) else t for t in d.t.tolist()], "measured": d.value.tolist(),
-                          "computed": (d.value + d.noise * r).tolist(), "noise": d.noise} for d, r in zip(self.data, self.residuals)]}
+                          "computed": self.computed(n).tolist(), "noise": d.noise} for n, d in enumerate(self.data)]}
 
 
 def scales(x: Array, J: Array) -> Array:
@@ -133,9 +146,9 @@ class Search:
         self.data = [data for n, entry in enumerate(asked["data"])
                      for data in read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))]
         # Does a run give the derivatives of all that is measured?
-        self.has_derivatives = all(d.of_probe for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
+        self.has_derivatives = all(d.source != "report" for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
         if self.fields and not (self.has_derivatives and "steady" in self.written):
-            raise CommandError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes alone: elsewhere derivatives would "
+            raise CommandError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes, heat flows and mean temperatures alone: elsewhere derivatives would "
                                "cost a run for every value")
         self.runs = 0
 
@@ -153,12 +166,15 @@ class Search:
     def run_with_derivatives(self, x: Array) -> tuple[Array, Result, Array]:
         """Residuals, and dr/dx as the run gives it."""
         single = self.unknowns[: len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)]
-        r, result = self.run(x, {"output.derivatives": [u.key for u in single] + [f.key for f in self.fields]})
+        asked: dict[str, Any] = {"output.derivatives": [u.key for u in single] + [f.key for f in self.fields]}
+        if of_balance := list(dict.fromkeys(d.name for d in self.data if d.source == "balance")):
+            asked["output.derivatives_of"] = of_balance
+        r, result = self.run(x, asked)
         J = np.zeros((r.size, x.size))
         derivatives = [result.derivatives[u.key] for u in self.unknowns]
         row = 0
         for d in self.data:
-            J[row: row + d.value.size] = np.column_stack([d.at_times(table) for table in derivatives]) / d.noise
+            J[row: row + d.value.size] = np.column_stack([d.derivatives(table) for table in derivatives]) / d.noise
             row += d.value.size
         for first, W, _ in self.expected:
             J[row: row + len(W), first: first + len(W)] = W

@@ -318,17 +318,19 @@ def write(result: Result, path: str | os.PathLike[str] | None = None) -> pathlib
         curves = f"<h2>Curves</h2>{curves}<p class=\"faint\">{hint}</p>"
     body = "\n".join([header(result), "<h2>Expectations</h2>", verdicts(result), viewer(result, cloud), curves, balance(result),
                       f"<div class=\"columns\">{quality(result)}{effort(result)}</div>", repeat(result)])
-    data = json.dumps({"charts": charts, "cloud": cloud}, allow_nan=False).replace("<", "\\u003c")
-    parts = {"title": escape(result.title), "body": body, "data": data}
+    return fill(pathlib.Path(path) if path is not None else result.folder / "report.html", result.title, body, {"charts": charts, "cloud": cloud})
+
+
+def fill(path: pathlib.Path, title: str, body: str, data: dict[str, Any]) -> pathlib.Path:
+    """Writes a page of a body of HTML and what its script draws, and returns its path. Raises CalorError."""
+    parts = {"title": escape(title), "body": body, "data": json.dumps(data, allow_nan=False).replace("<", "\\u003c")}
     template = (ASSETS / "page.html").read_text()
 
     def filled(name: re.Match[str]) -> str:
         return parts[name[1]] if name[1] in parts else (ASSETS / name[1]).read_text()
 
-    page = re.sub(r"\{\{([^}]+)\}\}", filled, template)
-    into = pathlib.Path(path) if path is not None else result.folder / "report.html"
     try:
-        into.write_text(page)
+        path.write_text(re.sub(r"\{\{([^}]+)\}\}", filled, template))
     except OSError as error:
-        raise CalorError(f"{into} cannot be written: {error.strerror}") from None
-    return into
+        raise CalorError(f"{path} cannot be written: {error.strerror}") from None
+    return path

@@ -15,27 +15,47 @@ from .command import CaseError, CommandError
 from .result import Array, Result, split_unit
 
 
+# Numbers of report.json that balance.csv has over time, and its columns.
+BALANCE = {"heat_flow": ("heat flow through", "heat flow from"), "mean": ("mean of",), "minimum": ("minimum of",), "maximum": ("maximum of",)}
+
+
+def source_of(report: str) -> str:
+    """ "balance" where a number of report.json is known over time, and so are its derivatives; else "report"."""
+    return "balance" if report.partition(".")[0] in BALANCE else "report"
+
+
 @dataclass
 class Data:
-    """Measured values in SI units, times in s (inf: the end of the run)."""
+    """Measured values in SI units, times in s (inf: the end of the run). `source`: "probe", or see source_of."""
 
     name: str
-    of_probe: bool
+    source: str
     t: Array
     value: Array
     noise: float
     where: str  # file and line, or the case
 
-    def at_times(self, history: Mapping[str, Array]) -> Array:
-        """Of the probe's values over time those at the times of the measurements."""
-        return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[self.name])
+    @property
+    def unit(self) -> str:
+        return "K" if self.source == "probe" else quantities.kind_of_number(self.name)
+
+    def at_times(self, history: Mapping[str, Array], column: str) -> Array:
+        """Of a column over time the values at the times of the measurements."""
+        return np.interp(np.minimum(self.t, history["time"][-1]), history["time"], history[column])
 
     def computed(self, result: Result) -> Array:
-        if self.of_probe:
-            return self.at_times(result.probes)
+        if self.source == "probe":
+            return self.at_times(result.probes, self.name)
         if self.name not in result.numbers:
             raise CommandError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
-        return np.full(self.value.shape, result.numbers[self.name])
+        if self.source == "report":
+            return np.full(self.value.shape, result.numbers[self.name])
+        kind, _, of = self.name.partition(".")
+        return self.at_times(result.balance, next(column for words in BALANCE[kind] if (column := f"{words} {of}") in result.balance))
+
+    def derivatives(self, table: Mapping[str, Array]) -> Array:
+        """By one number of the case, whose rows of derivatives.csv are given."""
+        return self.at_times(table, self.name)
 
 
 def refusal(problem: str, cure: str, place: str) -> CaseError:
@@ -77,7 +97,7 @@ def read_probes(entry: Mapping[str, Any], where: str, folder: pathlib.Path, prob
             raise refusal(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}", place)
         if not math.isfinite(value):
             raise refusal(f"{','.join(row)!r} is not finite", "leave the row out", place)
-        data.append(Data(name, True, np.array([math.inf]), np.array([value * factor + offset]), noise, place))
+        data.append(Data(name, "probe", np.array([math.inf]), np.array([value * factor + offset]), noise, place))
     if not data:
         raise refusal(f"{path} has no rows", "give measurements", where)
     return data
@@ -95,6 +115,9 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
     name = entry["probe"] if of_probe else entry["report"]
     kind = "K" if of_probe else quantities.kind_of_number(name)
+    source = "probe" if of_probe else source_of(name)
+    if source == "report" and ("file" in entry or "at" in entry):
+        raise refuse(f"times of {name}, which is known of the whole run alone", "give one value, without a time")
     if of_probe and name not in probes:
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
     try:
@@ -107,7 +130,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
             t = quantities.to_si(entry["at"], "s") if "at" in entry else math.inf
             if t != math.inf and not 0 <= t <= end:
                 raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
-            return [Data(name, of_probe, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)]
+            return [Data(name, source, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)]
     except CommandError as error:
         raise refuse(str(error), "correct it") from None
     path = folder / entry["file"]
@@ -144,4 +167,4 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         values.append(measured * to_unit[0] + to_unit[1])
     if not times:
         raise refuse(f"{path} has no rows", "give measurements")
-    return [Data(name, of_probe, np.array(times), np.array(values), noise, where)]
+    return [Data(name, source, np.array(times), np.array(values), noise, where)]

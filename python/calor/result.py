@@ -192,8 +192,8 @@ class Result:
 
     @functools.cached_property
     def derivatives(self) -> dict[str, Table]:
-        """Of the temperatures of the probes over time, by numbers of the case: derivatives["boundary.air.convection.h"]["tip"], K over
-        the unit in which the number stands there."""
+        """Of the temperatures of the probes, K, and numbers of the balance, K or W, over time, by numbers of the case:
+        derivatives["boundary.air.convection.h"]["tip"], over the unit in which the number stands there."""
         path = self.folder / "derivatives.csv"
         try:
             with open(path, newline="") as file:
@@ -203,9 +203,8 @@ class Result:
                 of.setdefault(number, []).append([float(time), *map(float, values)])
         except (OSError, ValueError) as error:
             raise FileError(f"{path}: no derivatives: {error}: ask for them by [output] derivatives") from None
-        names = [split_unit(text)[0] for text in [heading[0], *heading[2:]]]
-        units = {name: "s" if name == "time" else "K" for name in names}
-        return {number: Table(dict(zip(names, np.array(table).T)), units) for number, table in of.items()}
+        units = dict(split_unit(text) for text in [heading[0], *heading[2:]])
+        return {number: Table(dict(zip(units, np.array(table).T)), units) for number, table in of.items()}
 
     @functools.cached_property
     def balance(self) -> Table:
@@ -221,6 +220,16 @@ class Result:
     def weld(self) -> Table:
         """The sizes of the melt pool over time."""
         return self._table("weld", "the case has no [weld]")
+
+    @functools.cached_property
+    def cooling(self) -> dict[str, tuple[float, float]]:
+        """Of a case with [weld] by probe: the highest temperature, K, and the time of cooling, s; NaN where there is none."""
+        try:
+            with open(self.folder / "cooling.csv", newline="") as file:
+                _, *rows = csv.reader(file)
+            return {probe: (float(peak), float((*time, "nan")[0] or "nan")) for probe, peak, *time in rows}
+        except (OSError, ValueError) as error:
+            raise FileError(f"{self.folder / 'cooling.csv'}: {error}: the case has no [weld] with probes") from None
 
     @functools.cached_property
     def stress(self) -> Table:

@@ -9,7 +9,7 @@ import pathlib
 from collections.abc import Callable, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from . import certify, quantities
 from .case import Case
 from .command import CalorError, CommandError, FileError
 from .result import Result
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 def samples(ranges: Mapping[str, Any], count: int, seed: int) -> list[dict[str, Any]]:
@@ -70,28 +73,10 @@ class Study:
             table.writerows(self.rows)
         return path
 
-    def plot(self, quantity: str) -> Any:
-        """A quantity over every key of numbers. Needs python3-matplotlib."""
-        import matplotlib.pyplot as plt
-        keys = [key for key in self.keys if all(is_number(row[key]) for row in self.rows)]
-        if not keys:
-            raise CommandError("none of the keys is a number: there is nothing to draw against")
-        figure, axes = plt.subplots(1, len(keys), figsize=(4 * len(keys), 3.2), squeeze=False, sharey=True, layout="constrained")
-        done = [row for row in self.rows if quantity in row]
-        for ax, key in zip(axes[0], keys):
-            ax.plot([quantities.split(row[key])[0] for row in done], [row[quantity] for row in done], "o", ms=4)
-            unit = quantities.split(self.rows[0][key])[1]
-            ax.set_xlabel(f"{key}{f' [{unit}]' if unit else ''}", fontsize=8)
-        axes[0][0].set_ylabel(quantity)
-        return figure
-
-
-def is_number(value: Any) -> bool:
-    try:
-        quantities.split(value)
-        return True
-    except CommandError:
-        return False
+    def plot(self) -> Figure:
+        """Every quantity that varies, over every key of numbers. Needs python3-matplotlib."""
+        from . import figures
+        return figures.varied(self)
 
 
 def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, j: int = 1,

@@ -8,23 +8,26 @@
 
 namespace calor {
 
-/// Gathers the rows of derivatives.csv: one a time and parameter, one column a probe. It is written at the end.
+/// Gathers the rows of derivatives.csv: one a time and parameter, one column a reading. It is written at the end.
 class DerivativeLog : public Observer {
  public:
   DerivativeLog(const RunSetup& run, const Model& model, std::vector<Parameter> parameters)
-      : run_(run), model_(model), parameters_(std::move(parameters)) {}
+      : run_(run),
+        model_(model),
+        parameters_(std::move(parameters)),
+        readings_(run.description, run.probes, run.system) {}
 
   /// Refuses to go on from a checkpoint: the derivatives have not been stored.
   void exchange(Archive& archive) override;
   void finish(const Moment& m, RunResult& result) override;
 
  protected:
-  std::size_t probes() const { return run_.probes.names().size(); }
-  void add(double t, const Parameter& p, const std::vector<double>& dT_dp);
+  void add(double t, const Parameter& p, const std::vector<double>& derivatives);
 
   const RunSetup& run_;
   const Model& model_;
   std::vector<Parameter> parameters_;
+  Readings readings_;
 
  private:
   std::string rows_;

@@ -26,22 +26,23 @@ void DerivativeLog::exchange(Archive& archive) {
                                             "run it anew, without --restart");
 }
 
-void DerivativeLog::add(double t, const Parameter& p, const std::vector<double>& dT_dp) {
+void DerivativeLog::add(double t, const Parameter& p, const std::vector<double>& derivatives) {
   rows_ += fmt::format("{},{}", t, p.name());
-  for (const double value : dT_dp) rows_ += fmt::format(",{}", value);
+  for (const double value : derivatives) rows_ += fmt::format(",{}", value);
   rows_ += '\n';
 }
 
 void DerivativeLog::finish(const Moment&, RunResult&) {
   if (run_.folder.empty()) return;
   std::string header = "time [s],number";
-  for (const std::string& probe : run_.probes.names()) header += "," + probe + " [K]";
+  for (const std::string& reading : readings_.headings()) header += "," + reading;
   write_in_turns(run_.comm(), run_.folder + "/derivatives.csv", header, [&](std::FILE* file) {
     if (rank_of(run_.comm()) == 0) fmt::print(file, "{}", rows_);
   });
 }
 
-void check_derivatives(const Case& c, Integrator* integrator) {
+void check_derivatives(const Case& c, const Probes& probes, HeatSystem& system, Integrator* integrator) {
+  const Readings readings(c, probes, system);
   Nobody nobody;
   if (read_parameters(c).empty() || !integrator || integrator->tell(nobody)) return;
   c.section("output").refuse(
@@ -51,7 +52,7 @@ void check_derivatives(const Case& c, Integrator* integrator) {
 }
 
 std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model, Integrator* integrator) {
-  check_derivatives(run.description, integrator);
+  check_derivatives(run.description, run.probes, run.system, integrator);
   std::vector<Parameter> parameters = read_parameters(run.description);
   if (parameters.empty()) return nullptr;
   return integrator ? make_step_tangents(run, model, std::move(parameters), *integrator)

@@ -1,9 +1,10 @@
 #pragma once
-// derivatives.csv: what the temperatures of the probes change by with numbers of the case.
+// derivatives.csv: what temperatures of probes and numbers of the balance change by with numbers of the case.
 #include <memory>
 
 #include "app/model.hpp"
 #include "output/observer.hpp"
+#include "output/probes.hpp"
 #include "solve/integrator.hpp"
 
 namespace calor {
@@ -12,7 +13,7 @@ namespace calor {
 /// outlive it. Collective; throws Error.
 std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model, Integrator* integrator);
 
-/// Refuses what it asks for and cannot have. Throws Error.
-void check_derivatives(const Case& c, Integrator* integrator);
+/// Refuses what it asks for and cannot have. Collective; throws Error.
+void check_derivatives(const Case& c, const Probes& probes, HeatSystem& system, Integrator* integrator);
 
 }  // namespace calor

@@ -19,7 +19,19 @@ bool is_conductivity(const std::string& path) {
 
 }  // namespace
 
+std::vector<double> sum(std::span<const double> a, double factor, std::span<const double> b) {
+  std::vector<double> out(a.begin(), a.end());
+  for (std::size_t i = 0; i < b.size(); ++i) out[i] += factor * b[i];
+  return out;
+}
+
 double Parameter::step() const { return 1e-4 * std::abs(value()); }
+
+std::vector<double> Parameter::difference(std::span<const double> more, std::span<const double> less) const {
+  std::vector<double> d = sum(more, -1, less);
+  for (double& value : d) value /= 2 * step();
+  return d;
+}
 
 Case Parameter::with(double value) const {
   std::vector<double> all = among->values();
@@ -34,8 +46,8 @@ std::vector<Parameter> read_parameters(const Case& c) {
   const auto refuse = [&](const std::string& problem, const std::string& cure) {
     output.refuse("derivatives", problem, cure);
   };
-  if (c.section("probe").keys().empty())
-    refuse("derivatives of the probes, and no [probe]", "add [probe] with their places");
+  if (c.section("probe").keys().empty() && !output.has("derivatives_of"))
+    refuse("derivatives of nothing", "add [probe] with places, or 'derivatives_of' with numbers of the balance");
   if (!is_steady(c) && has_cracks(c)) refuse("derivatives of a run with cracks", "leave them out, or take [steady]");
   const SourceLocation at = output.location("derivatives");
   for (const std::string& path : output.texts("derivatives")) {
@@ -58,7 +70,8 @@ ChangedModel::ChangedModel(const Model& model, const Parameter& p, double value)
     : case_(p.with(value)),
       model_(build_model(case_, model.cloud->comm, phases_)),
       start_(calor::start(model_)),
-      probes_(case_, *model_.cloud, &system().dofs(), &system().material().parts()) {
+      probes_(case_, *model_.cloud, &system().dofs(), &system().material().parts()),
+      readings_(case_, probes_, system()) {
   const Cloud &now = *model_.cloud, &was = *model.cloud;
   if (any(was.comm, now.count != was.count || now.owned != was.owned || now.local() != was.local()))
     throw Error(Fault::bad_case, p.asked_at, fmt::format("'{}' changes the points of the cloud", p.name()),

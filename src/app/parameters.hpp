@@ -1,14 +1,19 @@
 #pragma once
 // The numbers of a case that [output] derivatives names.
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "app/model.hpp"
+#include "app/readings.hpp"
 #include "case/numbers.hpp"
 #include "output/probes.hpp"
 
 namespace calor {
+
+/// a + factor b, as far as b goes.
+std::vector<double> sum(std::span<const double> a, double factor, std::span<const double> b);
 
 struct Parameter {
   std::shared_ptr<const CaseNumbers> among;
@@ -21,6 +26,8 @@ struct Parameter {
   /// Half of the distance between two values whose difference is taken: its square is what is neglected, where anything
   /// bends at all, and rounding leaves 1e-16 over it.
   double step() const;
+  /// The derivative by it of what is `more` at value() + step() and `less` at value() - step().
+  std::vector<double> difference(std::span<const double> more, std::span<const double> less) const;
   /// The case with another value. Throws Error.
   Case with(double value) const;
 };
@@ -37,7 +44,7 @@ class ChangedModel {
   HeatSystem& system() const { return *model_.system; }
   const Cloud& cloud() const { return *model_.cloud; }
   const State& start() const { return start_.state; }
-  const Probes& probes() const { return probes_; }
+  const Readings& readings() const { return readings_; }
 
  private:
   Case case_;
@@ -45,6 +52,7 @@ class ChangedModel {
   Model model_;
   Start start_;
   Probes probes_;
+  Readings readings_;
 };
 
 }  // namespace calor

@@ -1,8 +1,8 @@
-// Of a steady state R(u, p) = 0 and readings d = w(p) . u,
-//   dd/dp = d's own derivative - w . J^-1 dR/dp,   J = dR/du,
-// by the adjoints J^-T w of the readings or by the tangents J^-1 dR/dp, whichever are fewer. dR/dp is a central
-// difference of residuals at the state that has been found: it costs evaluations and no solution. Temperatures that are
-// prescribed follow p at once: R is taken with them in their place, and they are part of the reading's own derivative.
+// Of a steady state R(u, p) = 0 and readings d(u, p),
+//   du/dp = -J^-1 dR/dp,   J = dR/du:   dd/dp is a central difference of readings along (du/dp, dp): the tangent;
+//   or, of readings w . u, w . du/dp = -J^-T w . dR/dp: the adjoint, where the readings are fewer than the numbers.
+// dR/dp is a central difference of residuals at the state that has been found: it costs evaluations and no solution.
+// Temperatures that are prescribed follow p at once: R is taken with them in their place.
 #include "app/derivative_log.hpp"
 #include "base/parallel.hpp"
 #include "solve/linearisation.hpp"
@@ -10,10 +10,48 @@
 namespace calor {
 namespace {
 
-/// At the state that was found, with another value of a parameter.
-struct Changed {
-  std::vector<double> R;         ///< residual of the owned points
-  std::vector<double> readings;  ///< temperatures of the probes
+/// The system with another value of a parameter: a conductivity is put into the discretisation that there is, all else
+/// makes a model of its own.
+class Changed {
+ public:
+  Changed(HeatSystem& system, const Readings& readings, const Model& model, const Parameter& p, double value)
+      : system_(system), readings_(readings) {
+    if (p.is_conductivity)
+      materials_ = materials_of(p.with(value), model);
+    else
+      model_ = std::make_unique<ChangedModel>(model, p, value);
+  }
+
+  /// u with the temperatures that are prescribed.
+  std::vector<double> with_known(std::span<const double> u) {
+    std::vector<double> changed(u.begin(), u.end());
+    in_place([&](HeatSystem& system, const Readings&) { system.set_known(0, changed); });
+    return changed;
+  }
+  std::vector<double> residual(std::span<double> u) {
+    std::vector<double> R(system_.cloud().owned);
+    in_place([&](HeatSystem& system, const Readings&) { system.residual(0, u, 1, {}, R); });
+    return R;
+  }
+  std::vector<double> readings(std::span<const double> u) {
+    std::vector<double> values;
+    in_place([&](HeatSystem&, const Readings& readings) { values = readings.at(0, u); });
+    return values;
+  }
+
+ private:
+  template <class Act>
+  void in_place(const Act& act) {
+    if (model_) return act(model_->system(), model_->readings());
+    system_.exchange_materials(materials_);
+    act(system_, readings_);
+    system_.exchange_materials(materials_);
+  }
+
+  HeatSystem& system_;
+  const Readings& readings_;
+  std::vector<MaterialField> materials_;
+  std::unique_ptr<ChangedModel> model_;
 };
 
 class SteadyDerivatives final : public DerivativeLog {
@@ -28,16 +66,21 @@ class SteadyDerivatives final : public DerivativeLog {
 
  private:
   void differentiate(std::span<double> u) {
-    const bool by_adjoint = probes() < parameters_.size();
+    const bool by_adjoint = readings_.are_of_probes_alone() && readings_.count() < parameters_.size();
     Linearisation linearisation(run_.system, u, by_adjoint);
     const auto adjoint = by_adjoint ? adjoints(linearisation) : std::vector<std::vector<double>>();
     for (const Parameter& p : parameters_) {
       const double h = p.step();
-      const Changed more = changed(p, p.value() + h, u), less = changed(p, p.value() - h, u);
-      std::vector<double> dR_dp(more.R.size());
-      for (std::size_t i = 0; i < dR_dp.size(); ++i) dR_dp[i] = (more.R[i] - less.R[i]) / (2 * h);
-      std::vector<double> d = by_adjoint ? products(adjoint, dR_dp) : tangent(linearisation, dR_dp);
-      for (std::size_t m = 0; m < d.size(); ++m) d[m] = (more.readings[m] - less.readings[m]) / (2 * h) - d[m];
+      Changed more(run_.system, readings_, model_, p, p.value() + h);
+      Changed less(run_.system, readings_, model_, p, p.value() - h);
+      std::vector<double> u_more = more.with_known(u), u_less = less.with_known(u);
+      const std::vector<double> dR_dp = p.difference(more.residual(u_more), less.residual(u_less));
+      if (!by_adjoint) {
+        const std::vector<double> step = solution(linearisation, dR_dp);
+        u_more = sum(u_more, -h, step), u_less = sum(u_less, h, step);
+      }
+      std::vector<double> d = p.difference(more.readings(u_more), less.readings(u_less));
+      if (by_adjoint) d = sum(d, -1, products(adjoint, dR_dp));
       add(0, p, d);
     }
   }
@@ -46,7 +89,7 @@ class SteadyDerivatives final : public DerivativeLog {
   std::vector<std::vector<double>> adjoints(Linearisation& linearisation) const {
     const Cloud& cloud = run_.system.cloud();
     std::vector<std::vector<double>> all;
-    for (std::size_t m = 0; m < probes(); ++m) {
+    for (std::size_t m = 0; m < readings_.count(); ++m) {
       std::vector<double> w(cloud.local());
       run_.probes.add_weights(static_cast<int>(m), w);
       std::vector<double>& lambda = all.emplace_back(linearisation.sum_at_owners(w));
@@ -65,32 +108,13 @@ class SteadyDerivatives final : public DerivativeLog {
     return sums(run_.comm(), terms, static_cast<int>(adjoint.size()));
   }
 
-  /// w . J^-1 dR/dp.
-  std::vector<double> tangent(Linearisation& linearisation, std::span<const double> dR_dp) const {
+  /// J^-1 dR/dp at the local points.
+  std::vector<double> solution(Linearisation& linearisation, std::span<const double> dR_dp) const {
     const Cloud& cloud = run_.system.cloud();
     std::vector<double> s(cloud.local());
     linearisation.solve(dR_dp, std::span(s).first(cloud.owned));
     cloud.halo.update(s);
-    return run_.probes.temperatures(s);
-  }
-
-  /// A conductivity is put into the discretisation that there is; all else makes a model of its own.
-  Changed changed(const Parameter& p, double value, std::span<const double> u_found) const {
-    std::vector<double> u(u_found.begin(), u_found.end());
-    Changed out{.R = std::vector<double>(run_.system.cloud().owned), .readings = {}};
-    if (p.is_conductivity) {
-      std::vector<MaterialField> materials = materials_of(p.with(value), model_);
-      run_.system.exchange_materials(materials);
-      run_.system.residual(0, u, 1, {}, out.R);
-      run_.system.exchange_materials(materials);
-      out.readings.resize(probes());  // they stay
-      return out;
-    }
-    const ChangedModel model(model_, p, value);
-    model.system().set_known(0, u);
-    model.system().residual(0, u, 1, {}, out.R);
-    out.readings = model.probes().temperatures(u);
-    return out;
+    return s;
   }
 };
 

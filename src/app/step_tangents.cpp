@@ -13,18 +13,11 @@ namespace {
 
 using Values = std::vector<double>;
 
-/// a + factor b, as far as b goes.
-Values sum(std::span<const double> a, double factor, std::span<const double> b) {
-  Values out(a.begin(), a.end());
-  for (std::size_t i = 0; i < b.size(); ++i) out[i] += factor * b[i];
-  return out;
-}
-
 /// What the state changes by with one parameter.
 class Tangent {
  public:
   Tangent(const Model& model, const Parameter& p)
-      : h_(p.step()), more_(model, p, p.value() + h_), less_(model, p, p.value() - h_) {
+      : p_(p), h_(p.step()), more_(model, p, p.value() + h_), less_(model, p, p.value() - h_) {
     differ(more_.start(), less_.start());
   }
 
@@ -45,19 +38,13 @@ class Tangent {
     impose(step.t_new, step.stages.back().u, step.E_new, true);
   }
 
-  /// Of the probes' temperatures.
-  Values readings(std::span<const double> u) const {
-    return difference(more_.probes().temperatures(sum(u, h_, du_)), less_.probes().temperatures(sum(u, -h_, du_)));
+  Values of_readings(double t, std::span<const double> u) const {
+    return p_.difference(more_.readings().at(t, sum(u, h_, du_)), less_.readings().at(t, sum(u, -h_, du_)));
   }
 
  private:
-  Values difference(const Values& more, const Values& less) const {
-    Values d = sum(more, -1, less);
-    for (double& value : d) value /= 2 * h_;
-    return d;
-  }
   void differ(const State& more, const State& less) {
-    du_ = difference(more.T, less.T), dE_ = difference(more.E, less.E);
+    du_ = p_.difference(more.T, less.T), dE_ = p_.difference(more.E, less.E);
   }
 
   /// dF/dp along the tangent.
@@ -67,7 +54,7 @@ class Tangent {
       model.system().rate(t, changed, F, power);
       return F;
     };
-    return difference(of(more_, h_), of(less_, -h_));
+    return p_.difference(of(more_, h_), of(less_, -h_));
   }
 
   /// du_ of a stage whose known side changes by `known`.
@@ -80,10 +67,10 @@ class Tangent {
       return R;
     };
     const Values R_more = residual(more_, h_, u_more), R_less = residual(less_, -h_, u_less);
-    const Values dR = difference(R_less, R_more);  // with its sign turned
+    const Values dR = p_.difference(R_less, R_more);  // with its sign turned
     Values step(dR.size());
     equations.solve(dR, step);
-    du_ = sum(difference(u_more, u_less), 1, step);
+    du_ = sum(p_.difference(u_more, u_less), 1, step);
     more_.cloud().halo.update(du_);
   }
 
@@ -101,6 +88,7 @@ class Tangent {
     differ(more, less);
   }
 
+  const Parameter& p_;
   double h_;
   ChangedModel more_, less_;
   Values du_;  ///< of the local points
@@ -140,7 +128,8 @@ class StepTangents final : public DerivativeLog, public StepFollower {
 
   void record(const Moment& m) override {
     m.temperatures();  // for the ghosts
-    for (std::size_t n = 0; n < tangents_.size(); ++n) add(m.state().t, parameters_[n], tangents_[n]->readings(m.u()));
+    const double t = m.state().t;
+    for (std::size_t n = 0; n < tangents_.size(); ++n) add(t, parameters_[n], tangents_[n]->of_readings(t, m.u()));
   }
 
  private:

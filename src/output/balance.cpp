@@ -126,6 +126,24 @@ Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) c
           .maximum = high};
 }
 
+std::vector<std::string> Balance::names() const {
+  std::vector<std::string> names;
+  for (const std::string& account : accounts()) names.push_back("heat_flow." + account);
+  for (const Zone& zone : zones_)
+    for (const char* what : {"mean", "minimum", "maximum"}) names.push_back(fmt::format("{}.{}", what, zone.name));
+  return names;
+}
+
+std::vector<double> Balance::numbers(double t, std::span<const double> u) const {
+  std::vector<double> numbers = heat_flows(t, u);
+  const std::vector<double> T = temperatures(t, u);
+  for (const Zone& zone : zones_) {
+    const auto [mean, minimum, maximum] = summary(zone, T);
+    numbers.insert(numbers.end(), {mean, minimum, maximum});
+  }
+  return numbers;
+}
+
 namespace {
 
 /// balance.csv: a row a time; the last one is also in the report.
@@ -137,41 +155,27 @@ class BalanceLog : public Observer {
     for (const std::string& name : balance_.accounts()) {
       const bool is_boundary = account++ < run.system.boundary_accounts();
       header += fmt::format(",heat flow {} {} [W]", is_boundary ? "through" : "from", name);
-      names_.push_back("heat_flow." + name);
     }
     for (const Balance::Zone& zone : balance_.zones())
-      for (const char* what : {"mean", "minimum", "maximum"}) {
-        header += fmt::format(",{} of {} [K]", what, zone.name);
-        names_.push_back(fmt::format("{}.{}", what, zone.name));
-      }
+      for (const char* what : {"mean", "minimum", "maximum"}) header += fmt::format(",{} of {} [K]", what, zone.name);
     if (!run.folder.empty()) log_ = CsvLog(run.comm(), run.folder + "/balance.csv", header);
   }
 
   void begin() override { log_.open(); }
   void exchange(Archive& archive) override { log_.exchange(archive); }
   void record(const Moment& m) override {
-    std::vector<double> row = values(m);
+    std::vector<double> row = balance_.numbers(m.state().t, m.u());
     row.insert(row.begin(), m.state().t);
     log_.row(row);
   }
   void finish(const Moment& m, RunResult& result) override {
-    const std::vector<double> last = values(m);
-    for (std::size_t n = 0; n < last.size(); ++n) result.numbers[names_[n]] = last[n];
+    const std::vector<std::string> names = balance_.names();
+    const std::vector<double> last = balance_.numbers(m.state().t, m.u());
+    for (std::size_t n = 0; n < last.size(); ++n) result.numbers[names[n]] = last[n];
   }
 
  private:
-  std::vector<double> values(const Moment& m) const {
-    std::vector<double> row = balance_.heat_flows(m.state().t, m.state().T);
-    const std::vector<double> T = balance_.temperatures(m.state().t, m.state().T);
-    for (const Balance::Zone& zone : balance_.zones()) {
-      const auto [mean, minimum, maximum] = balance_.summary(zone, T);
-      row.insert(row.end(), {mean, minimum, maximum});
-    }
-    return row;
-  }
-
   Balance balance_;
-  std::vector<std::string> names_;  ///< in the report
   CsvLog log_;
 };
 

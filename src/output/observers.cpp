@@ -55,6 +55,9 @@ void declare_output(Schema& schema) {
             "probes "
             "by them: of a steady state by its tangent or its adjoint, whichever takes fewer solutions, of a run by "
             "tr-bdf2 by the tangents of its steps."},
+           {"derivatives_of", Kind::texts, "", optional,
+            "Numbers of the balance that derivatives.csv has besides, as report.json names them: heat_flow.NAME, "
+            "mean.NAME, minimum.NAME, maximum.NAME."},
            {"temperature", Kind::text, "", "K",
             "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
             "command line --units degC. Files of numbers keep to K."},

@@ -433,6 +433,15 @@ class Certificates(unittest.TestCase):
             self.assertFalse(one.is_asymptotic, f)
             self.assertIn("the last two refinements changed it by", one.reason)
 
+    def test_of_random_points_the_bar_holds_the_last_three_changes(self):
+        # Two refinements that change little by chance neither shrink the bar nor count as a failure to converge.
+        h = [1, 1 / 2, 1 / 3, 1 / 4, 1 / 6]
+        one = convergence.limit_of_random_points(h, [1.4, 1.1, 1.14, 1.1401, 1.1402], 1e-9)
+        self.assertTrue(one.is_asymptotic)
+        self.assertGreaterEqual(one.bar, 0.0399)
+        self.assertTrue(convergence.limit_of_random_points(h, [1.4, 1.1, 1.14, 1.141, 1.144], 1e-9).is_asymptotic)
+        self.assertFalse(convergence.limit_of_random_points(h, [1.4, 1.1, 1.14, 1.1, 1.2], 1e-9).is_asymptotic)
+
     def test_values_that_no_refinement_changes_are_exact(self):
         one = convergence.limit([1, 1 / 2, 1 / 4], [400.0, 400.0 + 1e-10, 400.0 - 1e-10], 4e-7)
         self.assertTrue(one.is_asymptotic)
@@ -479,6 +488,14 @@ class Certificates(unittest.TestCase):
         self.assertLess(verdict.bar, 1e-3)
         written = json.loads(pathlib.Path("runs/certificate.json").read_text())
         self.assertEqual(written["quantities"][0]["name"], "probe a")
+        axes = certificate.plot().axes
+        self.assertEqual(axes[0].get_title(loc="left").splitlines()[0], "probe a")
+        sph = axes[0].lines[0]
+        self.assertEqual(sph.get_label(), "sph")
+        np.testing.assert_allclose(sph.get_ydata(), np.array(certificate.quantities["probe a"].values["sph"]) - verdict.value)
+        page = certificate.write_page().read_text()
+        self.assertIn(certificate.quantities["probe a"].statement, page)
+        self.assertIn("data:image/png;base64,", page)
 
     def test_a_budget_is_a_time(self):
         self.assertEqual([certify.seconds(text) for text in ("90s", "1.5min", "1h", "20")], [90, 90, 3600, 20])
@@ -527,6 +544,35 @@ class Fits(unittest.TestCase):
     def test_what_is_known_before_counts(self):
         unknown = [{**FITTED["fit"]["unknown"][0], "expected": "8 W/(m K)", "within": "0.0001 W/(m K)"}, FITTED["fit"]["unknown"][1]]
         self.assertAlmostEqual(self.fitted({"fit.unknown": unknown}).values[0], 8, delta=0.001)
+
+    def test_a_heat_flow_is_fitted_by_the_derivatives_that_a_run_gives(self):
+        # The front held at 500 K takes 10 kW: k and h as before, without a run for every difference.
+        found = self.fitted({"boundary.in": {"on": "xmin", "temperature": "500 K"},
+                             "fit.data": [{"report": "heat_flow.out", "value": "-10 kW", "noise": "100 W"}, FITTED["fit"]["data"][1]]})
+        self.assertTrue((found.folder / "run-1" / "derivatives.csv").exists())
+        np.testing.assert_allclose(found.values, [10, 100], rtol=2e-3)
+        # h = Q / (T_b - 300), k = Q L / (500 - T_b): with Q to 1 % and T_b to 1 K.
+        np.testing.assert_allclose(found.deviation, [10 * np.hypot(0.01, 0.01), 100 * np.hypot(0.01, 0.01)], rtol=0.02)
+
+    def test_the_balance_is_measured_at_any_time_and_what_is_known_of_the_whole_run_only_without(self):
+        # An insulated wall of 10 kJ/K: 20 kW make 310 K in 5 s.
+        case = {key: value for key, value in json.loads(json.dumps(FITTED)).items() if key != "steady"}
+        del case["boundary"]["out"]
+        case |= {"initial": {"temperature": "300 K"}, "time": {"end": "10 s"}}
+        case["fit"] = {"unknown": [{"key": "boundary.in.flux", "start": "10 kW/m^2"}],
+                       "data": [{"report": "mean.m", "value": "310 K", "at": "5 s", "noise": "1 K"}]}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        self.assertAlmostEqual(fit.fit("wall.toml", "fit").values[0], 20, delta=0.01)
+        case["fit"]["data"][0]["report"] = "largest_width"
+        case["fit"]["data"][0] |= {"value": "3 mm", "noise": "1 mm"}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        with self.assertRaisesRegex(CaseError, r"wall.toml:\d+: times of largest_width.* without a time"):
+            fit.fit("wall.toml", "fit")
+
+    def test_measured_and_computed_values_are_drawn_with_their_differences(self):
+        picture = self.fitted({"fit.data": [*FITTED["fit"]["data"], {"report": "heat_flow.out", "value": "-10 kW", "noise": "100 W"}]}).plot()
+        self.assertEqual([ax.get_ylabel() for ax in picture.axes], ["computed [K]", "computed [W]", "(computed - measured) / noise", ""])
+        np.testing.assert_allclose(picture.axes[0].lines[1].get_xdata(), [500, 400])
 
     def test_bad_measurements_are_refused_with_their_line(self):
         from_file = {"probe": "front", "file": "tc.csv", "noise": "1 K"}
@@ -623,7 +669,7 @@ class Fields(unittest.TestCase):
                 ({"fit.field": [{**field, "expected": "8 W/(cm K)"}]}, None, r"plate.toml:\d+: .* write both in one unit"),
                 ({"fit.field": [{**field, "key": "material.m.conductivity"}]}, None, r"plate.toml:\d+: .* is no grid"),
                 ({"fit.field": [{**field, "from": "6 W/(m K)"}]}, None, r"plate.toml:\d+: the grid has values outside"),
-                ({"fit.data": [{"report": "heat_flow.in", "value": "1 W", "noise": "1 W"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
+                ({"fit.data": [{"report": "largest_width", "value": "1 m", "noise": "1 m"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
             with self.assertRaisesRegex(CommandError, words) if "takes a steady" in words else self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes, rows)
 
@@ -704,6 +750,7 @@ class Studies(unittest.TestCase):
         with pathlib.Path("results/wall-study/study.csv").open() as file:
             self.assertEqual(len(file.readlines()), 5)
         self.assertEqual(study.study("wall.toml").reused, 4)
+        self.assertEqual([ax.get_ylabel() for ax in done.plot().axes][:2], ["probe front [K]", "probe back [K]"])
         self.assertEqual(study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)"]}).reused, 0)
 
     def test_a_run_that_fails_is_told_and_the_others_go_on(self):

@@ -9,6 +9,7 @@
 #include <map>
 #include <sstream>
 
+#include "app/readings.hpp"
 #include "case/numbers.hpp"
 #include "case_models.hpp"
 #include "output/probes.hpp"
@@ -17,7 +18,7 @@
 namespace calor {
 namespace {
 
-/// derivatives.csv: the probes' values at the end by number.
+/// derivatives.csv: the readings' values at the end by number.
 std::map<std::string, std::vector<double>> derivatives(const std::string& folder) {
   std::istringstream file(read_file(folder + "/derivatives.csv"));
   std::map<std::string, std::vector<double>> rows;
@@ -33,12 +34,12 @@ std::map<std::string, std::vector<double>> derivatives(const std::string& folder
   return rows;
 }
 
-/// Temperatures of the probes.
+/// Temperatures of the probes, and the numbers of the balance that are asked for.
 std::vector<double> readings(const CaseModel& model) {
   State steady = model.steady();
   model.system().temperatures(steady.T);
-  return Probes(model.description(), model.cloud(), &model.system().dofs(), &model.system().material().parts())
-      .temperatures(steady.T);
+  const Probes probes(model.description(), model.cloud(), &model.system().dofs(), &model.system().material().parts());
+  return Readings(model.description(), probes, model.system()).at(0, steady.T);
 }
 
 /// Compares with fourth-order differences of `readings_at(values)` about `at`, steps `step` of the values.
@@ -53,7 +54,7 @@ void expect_derivatives(const std::map<std::string, std::vector<double>>& found,
       return readings_at(p);
     };
     const auto a = moved(-2), b = moved(-1), c = moved(1), d = moved(2);
-    for (std::size_t m = 0; m < 2; ++m) {
+    for (std::size_t m = 0; m < a.size(); ++m) {
       const double by_runs = (a[m] - 8 * b[m] + 8 * c[m] - d[m]) / (12 * h);
       EXPECT_NEAR(found.at(names[n])[m], by_runs, tolerance * std::abs(by_runs)) << names[n];
     }
@@ -91,6 +92,33 @@ TEST(Derivatives, OfASlabAreThoseOfItsFormulaToRoundOffByTangentAndAdjoint) {
     }
 }
 
+TEST(Derivatives, OfTheBalanceOfASlabAreThoseOfItsFormulaToRoundOff) {
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    const TemporaryFolder folder;
+    run_into(folder.path(), box_case({"0.4 m"}, {21}, method) + slab +
+                                "derivatives_of = [\"heat_flow.wall\", \"mean.m\", \"maximum.m\", \"minimum.heater\"]");
+    const auto d = derivatives(folder.path());
+    const auto expect = [&](const std::string& number, double flow, double mean, double highest) {
+      const std::vector<double>& row = d.at(number);
+      ASSERT_EQ(row.size(), 5) << method;
+      EXPECT_NEAR(row[1], flow, 1e-7) << method << number;  // of 3000 W
+      EXPECT_NEAR(row[2], mean, 1e-8) << method << number;
+      EXPECT_NEAR(row[3], highest, 1e-8) << method << number;
+      EXPECT_NEAR(row[4], highest, 1e-8) << method << number;
+    };
+    expect("material.m.conductivity", 0, -3000 * 0.2 / 16, -3000 * 0.4 / 16);
+    expect("boundary.heater.flux", -1000, 1000 * 0.2 / 4, 1000 * 0.4 / 4);
+    expect("boundary.wall.temperature", 0, 1, 1);
+  }
+}
+
+TEST(Derivatives, OfNumbersThatTheBalanceDoesNotHaveAreRefused) {
+  const TemporaryFolder folder;
+  expect_error(
+      [&] { run_into(folder.path(), box_case({"0.4 m"}, {21}) + slab + "derivatives_of = \"heat_flow.air\""); },
+      {"the balance of this case has no 'heat_flow.air'", "it has heat_flow.heater, heat_flow.wall, mean.m"});
+}
+
 /// Two materials that meet inside of the cells, radiation, convection by temperature, a source.
 std::string wall(const std::string& method, double k, double h, double emissivity, double T_wall, double power) {
   return box_case({"100 mm", "40 mm"}, {26, 11}, method) + fmt::format(R"toml(
@@ -126,6 +154,7 @@ q = ["70 mm", "38 mm"]
 [output]
 derivatives = ["material.a.conductivity.table[1][1]", "boundary.gas.convection.h", "boundary.gas.radiation.emissivity",
                "boundary.held.temperature", "source.heat.power_density"]
+derivatives_of = ["heat_flow.gas", "heat_flow.held", "mean.b", "maximum.a", "mean.ymax"]
 )toml",
                                                                        k, h, emissivity, T_wall, power);
 }
@@ -175,17 +204,24 @@ TEST(Derivatives, OfARunOverTimeAreDifferencesOfWholeRuns) {
     const auto readings_at = [&](const std::vector<double>& p) {
       const TemporaryFolder folder;
       run_into(folder.path(), heating(method, p));
-      std::istringstream lines(read_file(folder / "probes.csv"));
-      std::string line, last, cell;
-      while (std::getline(lines, line)) last = line;
-      std::istringstream cells(last);
-      std::vector<double> row;
-      while (std::getline(cells, cell, ',')) row.push_back(std::stod(cell));
-      return std::vector<double>(row.begin() + 1, row.end());
+      std::vector<double> at_end;
+      for (const char* name : {"probes.csv", "balance.csv"}) {
+        std::istringstream lines(read_file(folder / name));
+        std::string line, last, cell;
+        while (std::getline(lines, line)) last = line;
+        std::istringstream cells(last);
+        std::getline(cells, cell, ',');  // the time
+        while (std::getline(cells, cell, ',')) at_end.push_back(std::stod(cell));
+      }
+      at_end.resize(4);  // two probes, two heat flows
+      return at_end;
     };
     const TemporaryFolder folder;
-    run_into(folder.path(),
-             heating(method, at) + fmt::format("[output]\nderivatives = [\"{}\"]\n", fmt::join(names, "\", \"")));
+    run_into(
+        folder.path(),
+        heating(method, at) +
+            fmt::format("[output]\nderivatives = [\"{}\"]\nderivatives_of = [\"heat_flow.gas\", \"heat_flow.held\"]\n",
+                        fmt::join(names, "\", \"")));
     SCOPED_TRACE(method);
     // Stages end within 1e-10 of the span of temperatures.
     expect_derivatives(derivatives(folder.path()), names, at, 1e-3, 1e-6, readings_at);
@@ -210,12 +246,16 @@ integrator = "tr-bdf2"
 a = ["0.021 m", "0.012 m"]
 [output]
 derivatives = ["material.m.specific_heat", "source.heat.power_density", "initial.temperature", "material.m.conductivity"]
+derivatives_of = ["mean.m", "heat_flow.heat"]
 )toml",
              MPI_COMM_WORLD);
     const auto d = derivatives(folder.path());
     EXPECT_NEAR(d.at("material.m.specific_heat")[0], -3e6 * 10 / 8000 / 400 / 400, 1e-8) << method;
     EXPECT_NEAR(d.at("source.heat.power_density")[0], 10. / 8000 / 400, 1e-12) << method;
+    EXPECT_NEAR(d.at("source.heat.power_density")[1], 10. / 8000 / 400, 1e-12) << method;
+    EXPECT_NEAR(d.at("source.heat.power_density")[2], 0.1 * 0.08, 1e-10) << method;
     EXPECT_NEAR(d.at("initial.temperature")[0], 1, 1e-8) << method;
+    EXPECT_NEAR(d.at("initial.temperature")[1], 1, 1e-8) << method;
     EXPECT_NEAR(d.at("material.m.conductivity")[0], 0, 1e-8) << method;
   }
 }
