@@ -3,6 +3,7 @@ from __future__ import annotations
 
 import argparse
 import pathlib
+import signal
 import sys
 from collections.abc import Callable
 from typing import TYPE_CHECKING
@@ -208,6 +209,9 @@ def main(words: list[str]) -> int:
         except (CalorError, ValueError) as error:
             print(f"calor: {error}", file=sys.stderr)
             return getattr(error, "code", 2)
+    except KeyboardInterrupt:
+        print("calor: interrupted; what has run so far is kept", file=sys.stderr)
+        return 128 + signal.SIGINT
     except ModuleNotFoundError as error:
         package = PACKAGES.get((error.name or "").partition(".")[0])
         if not package:

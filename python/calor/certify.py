@@ -10,7 +10,6 @@ import pathlib
 import re
 import time
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from . import convergence, refine, toml
 from .case import Case
-from .command import CalorError, CommandError, FileError, NumbersError
+from .command import CalorError, CommandError, FileError, NumbersError, side_by_side
 from .result import Result
 
 if TYPE_CHECKING:
@@ -51,8 +50,8 @@ class Quantity:
 
 
 def quantities_of(result: Result) -> dict[str, Quantity]:
-    """Temperatures of probes at the end, values of expectations, heat flows, and mean temperatures; of a weld the sizes of
-    the melt, and of its probes the highest temperatures and the times of cooling."""
+    """Temperatures of probes at the end, values of expectations, heat flows, and mean temperatures; with
+    [stress] its extremes; of a weld the sizes of the melt, and of its probes the highest temperatures and times of cooling."""
     found: dict[str, Quantity] = {}
 
     def add(name: str, unit: str, kind: str, value: Any) -> None:
@@ -74,6 +73,9 @@ def quantities_of(result: Result) -> dict[str, Quantity]:
         elif name.startswith("mean."):
             add(f"mean {name.removeprefix('mean.')}", "K", "K", value)
     case = result.report["case"]
+    if "stress" in case:
+        for name in ("lowest_stress", "highest_stress"):
+            add(name, "Pa", "Pa", result.numbers[name])
     if "weld" in case:
         for extent in case["weld"].get("extent", {}):
             add(f"largest {extent}", "m", "m", result.numbers[f"largest_{extent}"])
@@ -161,8 +163,7 @@ class Certificate:
                 return error
 
         wanted = [method for method in self.methods if method not in self.refused]
-        with ThreadPoolExecutor(self.j) as pool:
-            runs = list(pool.map(attempt, wanted))
+        runs = side_by_side(attempt, wanted, self.j)
         for method, run in zip(wanted, runs):
             if isinstance(run, CalorError):
                 self.refused[method] = str(run)

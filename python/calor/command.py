@@ -9,7 +9,12 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from typing import TypeVar
+
+Item = TypeVar("Item")
+Out = TypeVar("Out")
 
 PACKAGE = pathlib.Path(__file__).resolve().parent
 
@@ -118,3 +123,12 @@ def run(words: Sequence[str], progress: Callable[[float, str], None] | None = No
     if code not in (0, 1) or (code == 1 and not text):  # an expectation that failed is printed; what MPI ends with 1 is not
         raise error_of(code, re.sub(r"\r\x1b\[K[^\r]*", "", said.decode(errors="replace")))
     return code, text
+
+
+def side_by_side(act: Callable[[Item], Out], items: Iterable[Item], j: int) -> list[Out]:
+    """What `act` gives of all items, j at a time. After an interrupt or an error no further one is begun."""
+    pool = ThreadPoolExecutor(j)
+    try:
+        return list(pool.map(act, items))
+    finally:
+        pool.shutdown(cancel_futures=True)

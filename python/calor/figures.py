@@ -155,15 +155,18 @@ def write(path: pathlib.Path, draw: Callable[[], Figure]) -> pathlib.Path:
 
 def certificate_page(found: Certificate) -> pathlib.Path:
     """certificate.html beside certificate.json: all statements and the picture; it works by itself."""
-    picture = write(found.folder / "certificate.png", lambda: certificate(found))
+    try:
+        encoded = base64.b64encode(write(found.folder / "certificate.png", lambda: certificate(found)).read_bytes()).decode()
+        picture = f"<p><img style=\"max-width:100%\" alt=\"values over the spacing\" src=\"data:image/png;base64,{encoded}\"></p>"
+    except CommandError as nothing:
+        picture = f"<p>No picture: {escape(str(nothing))}.</p>"
     rows = [("✓" if q.verdict and q.verdict.certified else "✗", name, q.statement) for name, q in found.quantities.items()]
     methods = [(name, method, f"{q.values[method][-1]:.7g}", "" if math.isnan(limit.order) else f"{limit.order:.2f}",
                 text(limit.value, limit.bar, q.unit) if limit.is_asymptotic else limit.reason)
                for name, q in found.quantities.items() for method, limit in q.limits.items()]
     runs = [(run.method, f"{run.factor:g}", f"{run.points}", f"{run.seconds:.1f} s") for run in found.runs]
-    encoded = base64.b64encode(picture.read_bytes()).decode()
     body = "\n".join([f"<header><h1>{escape(found.title)}</h1><p>How sure are its numbers?</p></header>",
-                      page.table(rows, numbers=3), f"<p><img style=\"max-width:100%\" alt=\"values over the spacing\" src=\"data:image/png;base64,{encoded}\"></p>",
+                      page.table(rows, numbers=3), picture,
                       "<h2>By method</h2>", page.table(methods, ("quantity", "method", "finest", "order", "limit"), numbers=2),
                       "<h2>Runs</h2>", page.table(runs, ("method", "times as fine", "points", "time"))])
     return page.fill(found.folder / "certificate.html", found.title, body, {"charts": [], "cloud": None})

@@ -10,7 +10,6 @@ import json
 import math
 import pathlib
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -18,7 +17,7 @@ import numpy as np
 
 from . import convergence, quantities, toml
 from .case import Case
-from .command import CaseError, CommandError
+from .command import CaseError, CommandError, side_by_side
 from .fields import Field, read_field
 from .readings import Data, read_data
 from .result import Array, Result
@@ -192,8 +191,7 @@ class Search:
             slope: Array = (self.run(changed)[0] - r) / h
             return slope
 
-        with ThreadPoolExecutor(self.j) as pool:
-            return np.column_stack(list(pool.map(column, range(x.size))))
+        return np.column_stack(side_by_side(column, range(x.size), self.j))
 
     def step(self, x: Array, r: Array, J: Array, damping: float) -> Array | None:
         """The next values, within the limits; None where these hold all."""

@@ -7,7 +7,6 @@ import itertools
 import json
 import pathlib
 from collections.abc import Callable, Mapping
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,7 @@ import numpy as np
 
 from . import certify, quantities
 from .case import Case
-from .command import CalorError, CommandError, FileError
+from .command import CalorError, CommandError, FileError, side_by_side
 from .result import Result
 
 if TYPE_CHECKING:
@@ -79,6 +78,15 @@ class Study:
         return figures.varied(self)
 
 
+def finished(folder: pathlib.Path) -> Result | None:
+    """What a run has left that came to its end."""
+    try:
+        result = Result(folder)
+    except FileError:
+        return None
+    return None if result.numbers.get("interrupted_by") else result
+
+
 def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, j: int = 1,
           say: Callable[[str], None] = lambda line: None) -> Study:
     """Runs what [study] asks for, and `values` besides, `j` runs side by side. Runs that lie in `folder` (default:
@@ -101,10 +109,10 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
         place = into / f"run-{mark}"
         row: dict[str, Any] = {"run": place.name, **runs[number]}
         try:
-            try:
-                result = Result(place)
+            result = finished(place)
+            if result:
                 reused += 1
-            except FileError:
+            else:
                 result = base.changed({**changes, "output.fields": False}).run(place, show_progress=False)
         except CalorError as error:
             row["failed"] = str(error)
@@ -115,8 +123,7 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
         say(f"{number + 1} of {len(runs)}: " + ", ".join(f"{key.rsplit('.', 1)[-1]} = {value}" for key, value in runs[number].items()))
         return row
 
-    with ThreadPoolExecutor(j) as pool:
-        rows = list(pool.map(run, range(len(runs))))
+    rows = side_by_side(run, range(len(runs)), j)
     done = Study(into, keys, rows, reused)
     done.write()
     return done

@@ -8,7 +8,6 @@ import json
 import math
 import pathlib
 from collections.abc import Callable, Sequence
-from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -16,7 +15,7 @@ import numpy as np
 
 from . import quantities, refine
 from .case import Case
-from .command import CalorError, NumbersError
+from .command import CalorError, NumbersError, side_by_side
 from .result import Result
 
 FACTORS = (1, 1.5, 2)
@@ -79,7 +78,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     written = base.to_dict()
     is_steady = "time" not in written
     end = 0.0 if is_steady else quantities.to_si(written["time"]["end"], "s")
-    formula, span = solution(base.run(into / "case", show_progress=False), is_steady, end)
+    formula, span = solution(base.changed({"output.fields": True}).run(into / "case", show_progress=False), is_steady, end)
     say(f"T = {formula} K")
     values = {"formula": formula, "unit": "K"}
     replaced: dict[str, Any] = {"twin.temperature": values, "output.fields": False,
@@ -109,8 +108,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
         order = math.nan if is_exact else -float(np.polyfit(np.log(fine), np.log(errors), 1)[0])
         return Orders(method, fine.tolist(), errors.tolist(), order)
 
-    with ThreadPoolExecutor(j) as pool:
-        found = [one for one in pool.map(orders, methods) if one]
+    found = [one for one in side_by_side(orders, methods, j) if one]
     if not found:
         raise NumbersError("; ".join(f"{method}: {why}" for method, why in refused.items()))
     done = Twin(formula, span, found, refused, into)

@@ -1,6 +1,8 @@
 """Problems with known answers: a case, and the exact values of some of its probes, K, or heat flows, W."""
 import math
+import pathlib
 
+CASES = pathlib.Path(__file__).resolve().parents[2] / "cases"
 STEADY = "[steady]\n"
 
 
@@ -246,6 +248,75 @@ def even_source_in_a_cube():
                     * 6400 / (math.pi**5 * i * j * k * (i * i + j * j + k * k))
     return case + probes(a=(0.5, 0.5, 0.5)), {"probe a": total}
 
+def thermal_shock():
+    """A thick slab of 300 K meets air of 1300 K: erfc and exp, as if it had no end."""
+    h, k, t = 20., 1., 0.02
+    case = box(["1 m"], [41]) + material("1 W/(m K)") + '[boundary.air]\non = "xmin"\n' \
+        + 'convection = { h = "20 W/(m^2 K)", ambient = "1300 K" }\n[initial]\ntemperature = "300 K"\n[time]\nend = "0.02 s"\n'
+
+    def exact(x):
+        s = 2 * math.sqrt(t)
+        return 300 + 1000 * (math.erfc(x / s) - math.exp(h * x / k + h * h * t / k / k) * math.erfc(x / s + h * math.sqrt(t) / k))
+
+    return case + probes(a=(0,), b=(0.1,)), {"probe a": exact(0), "probe b": exact(0.1)}
+
+
+def weld():
+    """A Gaussian source crosses an insulated plate of constant properties: an integral over time of Gaussians and their images."""
+    k, rho, c, d, sigma, power, speed, Lx, Ly, end = 40., 7850., 600., 0.002, 0.003, 1000., 0.01, 0.08, 0.04, 5.
+    case = box(["80 mm", "40 mm"], [41, 21], more='thickness = "2 mm"\n') + material("40 W/(m K)", "7850 kg/m^3", "600 J/(kg K)") \
+        + '[source.arc]\npower = "1000 W"\nhalf = true\ncolumn = { sigma = "3 mm" }\n[[source.arc.pass]]\nfrom = ["20 mm", "0 mm"]\n' \
+        + 'to = ["60 mm", "0 mm"]\nspeed = "10 mm/s"\n[initial]\ntemperature = "300 K"\n[time]\nend = "5 s"\n'
+
+    def spread(x, at, length, variance):
+        images = [2 * n * length + side * at for n in (-2, -1, 0, 1, 2) for side in (1, -1)]
+        return sum(math.exp(-(x - one) ** 2 / 2 / variance) for one in images) / math.sqrt(2 * math.pi * variance)
+
+    def exact(x, y):
+        steps, total = 4000, 0.  # Simpson's rule over the pass of 4 s
+        for n in range(steps + 1):
+            tau = 4 * n / steps
+            variance = sigma**2 + 2 * k / rho / c * (end - tau)
+            weight = 1 if n in (0, steps) else 4 if n % 2 else 2
+            total += weight * spread(x, 0.02 + speed * tau, Lx, variance) * spread(y, 0., Ly, variance) / 2  # 0 is its own image
+        return 300 + power / rho / c / d * total * 4 / steps / 3
+
+    return case + probes(a=(0.04, 0.006), b=(0.055, 0.)), {"probe a": exact(0.04, 0.006), "probe b": exact(0.055, 0.)}
+
+
+def crack_tips():
+    """Around a crack that insulates: Im sqrt(z^2 - a^2), singular at both tips."""
+    f = formula("sqrt(sqrt(((x-0.5)^2+y^2)*((x+0.5)^2+y^2)))*sin((atan2(y,x-0.5)+atan2(y,x+0.5))/2)")
+    case = box(["2 m", "2 m"], [20, 20], more='origin = ["-1 m", "-1 m"]\n[[crack]]\nx = ["-0.5 m", "0.5 m"]\ny = ["0 m", "0 m"]\n') \
+        + material("1 W/(m K)") + "".join(held(face, f) for face in ("xmin", "xmax", "ymin", "ymax")) + STEADY
+
+    def exact(x, y):
+        return math.sqrt(math.hypot(x - 0.5, y) * math.hypot(x + 0.5, y)) * math.sin((math.atan2(y, x - 0.5) + math.atan2(y, x + 0.5)) / 2)
+
+    return case + probes(a=(0.2, 0.3), b=(0.75, 0.2)), {"probe a": exact(0.2, 0.3), "probe b": exact(0.75, 0.2)}
+
+
+def shipped(name):
+    """A case of calor up to its expectations."""
+    return (CASES / f"{name}.toml").read_text().split("[[expect]]")[0]
+
+
+def circuit_board():
+    """Copper far thinner than the spacing, and a chip whose edge lies between points: double cosine series, 400 x 400 terms."""
+    exact = {"chip": 95.48587, "under": 90.38441, "edge": 62.56381, "corner": 59.27530}
+    return shipped("field/circuit-board"), {f"probe {name}": 273.15 + T for name, T in exact.items()}
+
+
+def melting_half_space():
+    """Latent heat over 50 K: how far the melt and the mushy zone reach, by the similarity solution of three zones."""
+    return shipped("dan/melting"), {"melted liquid": 5.358148e-3, "melted molten": 6.295483e-3}
+
+
+def radiating_ball():
+    """Everything depends on temperature: finite volumes along the radius, docs/scripts/radiating-sphere.py."""
+    return shipped("body/radiating-sphere"), {"probe middle": 880.140, "probe half": 873.493}
+
 
 ALL = [graded_plate, conductivity_of_temperature, exponential, hollow_cylinder, nafems_t4, nafems_t3, cooling_square, inner_corner,
-       two_layers, radiating_slab, cosine, heated_half_space, source_in_a_disc, even_source_in_a_cube]
+       two_layers, radiating_slab, cosine, heated_half_space, source_in_a_disc, even_source_in_a_cube,
+       thermal_shock, weld, crack_tips, circuit_board, melting_half_space, radiating_ball]

@@ -750,8 +750,23 @@ class Studies(unittest.TestCase):
         with pathlib.Path("results/wall-study/study.csv").open() as file:
             self.assertEqual(len(file.readlines()), 5)
         self.assertEqual(study.study("wall.toml").reused, 4)
+        cut_short = pathlib.Path("results/wall-study") / done.rows[2]["run"] / "report.json"
+        cut_short.write_text(re.sub(r'"interrupted_by": 0', '"interrupted_by": 2', cut_short.read_text()))
+        self.assertEqual(study.study("wall.toml").reused, 3)  # what a signal has ended is run again
         self.assertEqual([ax.get_ylabel() for ax in done.plot().axes][:2], ["probe front [K]", "probe back [K]"])
         self.assertEqual(study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)"]}).reused, 0)
+
+    def test_after_an_error_no_further_run_is_begun(self):
+        begun = []
+
+        def act(n):
+            begun.append(n)
+            time.sleep(0.005)
+            raise CalorError("no")
+
+        with self.assertRaises(CalorError):
+            command.side_by_side(act, range(1000), 2)
+        self.assertLess(len(begun), 1000)
 
     def test_a_run_that_fails_is_told_and_the_others_go_on(self):
         case = {key: value for key, value in FITTED.items() if key != "fit"}
