@@ -1,9 +1,11 @@
 #include "conduction/mls.hpp"
 
-#include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
+#include <cmath>
 #include <limits>
+#include <vector>
 
 namespace calor {
 
@@ -11,128 +13,171 @@ namespace {
 
 constexpr double largest_condition = 1e10;
 
-struct Quartic {
-  static double value(double s) { return 1 - s * s * (6 - s * (8 - 3 * s)); }
-  static double slope(double s) { return -12 * (1 - s) * (1 - s); }  // w'(s) / s
+struct Weight {
+  double value, slope;  ///< w(s), w'(s) / s
 };
 
-struct Wendland {
-  static double fifth(double a) { return a * a * a * a * a; }
-  static double value(double s) { return fifth(1 - s) * (1 - s) * (3 + s * (18 + 35 * s)) / 3; }
-  static double slope(double s) { return -56.0 / 3 * fifth(1 - s) * (1 + 5 * s); }
-};
+Weight quartic(double s) { return {1 - s * s * (6 - s * (8 - 3 * s)), -12 * (1 - s) * (1 - s)}; }
 
-constexpr int size_of_basis(int D, int degree) { return degree == 1 ? D + 1 : (D + 1) * (D + 2) / 2; }
+Weight wendland(double s) {
+  const double r = 1 - s, r2 = r * r, r5 = r2 * r2 * r;
+  return {r5 * r * (3 + s * (18 + 35 * s)) / 3, -56.0 / 3 * r5 * (1 + 5 * s)};
+}
 
-/// The fit around one place x in D dimensions.
-template <int D, int degree, class Weight>
+/// Weights of the nodes into phi, and their gradients where they are asked for.
+void weigh(MlsWeight kind, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R, std::span<double> phi,
+           std::span<Vec3> gradient) {
+  for (std::size_t k = 0; k < nodes.size(); ++k) {
+    const Vec3 u = quotient(nodes[k] - x, R[k]);
+    const double s = std::min(1.0, norm(u));
+    const Weight w = kind == MlsWeight::quartic ? quartic(s) : wendland(s);
+    phi[k] = w.value;
+    if (!gradient.empty()) gradient[k] = -w.slope * quotient(u, R[k]);
+  }
+}
+
+/// The moment matrix A = sum_k w_k p_k p_k^T and its Cholesky factor. All loops have lengths known when this is
+/// compiled; fixed matrices of Eigen took 1.0 to 1.6 times as long, and a minute to compile.
+template <int D, int degree>
 class Fit {
  public:
-  static constexpr int M = size_of_basis(D, degree);
-  using Vector = Eigen::Matrix<double, M, 1>;
-  using Matrix = Eigen::Matrix<double, M, M>;
+  static constexpr int M = degree == 1 ? D + 1 : (D + 1) * (D + 2) / 2;
+  using Vector = std::array<double, M>;
 
-  Fit(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) : x_(x), nodes_(nodes), R_(R) {
+  Fit(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) : x_(x), nodes_(nodes) {
     for (const Vec3& r : R)
       for (int a = 0; a < D; ++a) H_[a] = std::max(H_[a], r[a]);
-    for (std::size_t k = 0; k < nodes.size(); ++k) {
+    for (int a = 0; a < D; ++a) by_H_[a] = 1 / H_[a];
+  }
+
+  /// The polynomials at node k: 1, then u_a = (x_k - x)_a / H_a, then their products.
+  Vector basis(std::size_t k) const {
+    const Vec3 d = nodes_[k] - x_;
+    Vector p;
+    p[0] = 1;
+    for (int a = 0; a < D; ++a) p[1 + a] = d[a] * by_H_[a];
+    if constexpr (degree == 2)
+      for (int a = 1, m = D; a <= D; ++a)
+        for (int b = a; b <= D; ++b) p[++m] = p[a] * p[b];
+    return p;
+  }
+
+  void assemble(std::span<const double> w) {
+    auto A = A_;  // which no weight can be a part of, for the compiler
+    for (std::size_t k = 0; k < w.size(); ++k) {
       const Vector p = basis(k);
-      A_.noalias() += Weight::value(s(k)) * p * p.transpose();
+      for (int i = 0; i < M; ++i)
+        for (int j = 0; j <= i; ++j) A[i][j] += w[k] * p[i] * p[j];
+    }
+    A_ = A;
+  }
+
+  /// A = L L^T in the place of A, with 1 / L_ii on the diagonal; false where A is singular.
+  bool factorise() {
+    double least = std::numeric_limits<double>::infinity(), largest = 0;
+    for (int j = 0; j < M; ++j) {
+      double pivot = A_[j][j];
+      for (int k = 0; k < j; ++k) pivot -= A_[j][k] * A_[j][k];
+      if (!(pivot > 0)) return false;
+      least = std::min(least, pivot), largest = std::max(largest, pivot);
+      A_[j][j] = 1 / std::sqrt(pivot);
+      for (int i = j + 1; i < M; ++i) {
+        double sum = A_[i][j];
+        for (int k = 0; k < j; ++k) sum -= A_[i][k] * A_[j][k];
+        A_[i][j] = sum * A_[j][j];
+      }
+    }
+    return least * largest_condition > largest;
+  }
+
+  void solve(Vector& b) const {
+    for (int i = 0; i < M; ++i) {
+      for (int k = 0; k < i; ++k) b[i] -= A_[i][k] * b[k];
+      b[i] *= A_[i][i];
+    }
+    for (int i = M; i-- > 0;) {
+      for (int k = i + 1; k < M; ++k) b[i] -= A_[k][i] * b[k];
+      b[i] *= A_[i][i];
     }
   }
 
   /// A g = e_1, phi_k = w_k p_k.g;
   /// A g_,i = e_{1+i} / H_i - A_,i g, phi_k,i = w_k p_k.g_,i + w_k,i p_k.g: x moves, the centre of the basis does not.
-  bool shape(std::span<double> phi, std::span<Vec3> gradient) const {
+  bool shape(std::span<double> phi, std::span<Vec3> gradient) {
     if (nodes_.size() < M) return false;
-    const Eigen::LLT<Matrix> factor(A_);
-    if (factor.info() != Eigen::Success) return false;
-    const auto pivots = factor.matrixLLT().diagonal();
-    const double ratio = pivots.minCoeff() / pivots.maxCoeff();
-    if (!(ratio * ratio * largest_condition > 1)) return false;
-
-    const Vector g = factor.solve(Vector::Unit(0));
-    Eigen::Matrix<double, M, D> rhs = Eigen::Matrix<double, M, D>::Zero();
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
+    assemble(phi);
+    if (!factorise()) return false;
+    Vector g{1};
+    solve(g);
+    std::array<Vector, D> g_i{};
+    for (int i = 0; i < D; ++i) g_i[i][1 + i] = by_H_[i];
+    for (std::size_t k = 0; k < gradient.size(); ++k) {
       const Vector p = basis(k);
-      const double pg = p.dot(g);
-      phi[k] = Weight::value(s(k)) * pg;
-      if (gradient.empty()) continue;
-      gradient[k] = pg * weight_gradient(k);
-      for (int i = 0; i < D; ++i) rhs.col(i) -= gradient[k][i] * p;
+      gradient[k] *= product(p, g);
+      for (int i = 0; i < D; ++i)
+        for (int m = 0; m < M; ++m) g_i[i][m] -= gradient[k][i] * p[m];
     }
-    if (gradient.empty()) return true;
-    for (int i = 0; i < D; ++i) rhs(1 + i, i) += 1 / H_[i];
-    const Eigen::Matrix<double, M, D> g_i = factor.solve(rhs);
-    for (std::size_t k = 0; k < nodes_.size(); ++k) {
-      const Eigen::Matrix<double, 1, D> wpg = Weight::value(s(k)) * basis(k).transpose() * g_i;
-      for (int i = 0; i < D; ++i) gradient[k][i] += wpg[i];
+    if (!gradient.empty())
+      for (Vector& b : g_i) solve(b);
+    for (std::size_t k = 0; k < phi.size(); ++k) {
+      const Vector p = basis(k);
+      if (!gradient.empty())
+        for (int i = 0; i < D; ++i) gradient[k][i] += phi[k] * product(p, g_i[i]);
+      phi[k] *= product(p, g);
     }
     return true;
   }
 
+  /// By the eigenvalues of A, before it is factorised.
   double condition() const {
-    const Eigen::SelfAdjointEigenSolver<Matrix> eigen(A_, Eigen::EigenvaluesOnly);
+    Eigen::MatrixXd A(M, M);
+    for (int i = 0; i < M; ++i)
+      for (int j = 0; j < M; ++j) A(i, j) = A_[i][j];
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(A, Eigen::EigenvaluesOnly);  // looks at i >= j only
     const double low = eigen.eigenvalues()[0], high = eigen.eigenvalues()[M - 1];
     return low > 1e-16 * high ? high / low : std::numeric_limits<double>::infinity();
   }
 
  private:
-  double s(std::size_t k) const { return std::min(1.0, norm(quotient(nodes_[k] - x_, R_[k]))); }
-  Vec3 weight_gradient(std::size_t k) const {
-    return Weight::slope(s(k)) * quotient(x_ - nodes_[k], product(R_[k], R_[k]));
-  }
-  Vector basis(std::size_t k) const {
-    Vec3 u;
-    Vector p;
-    p[0] = 1;
-    for (int a = 0; a < D; ++a) p[1 + a] = u[a] = (nodes_[k][a] - x_[a]) / H_[a];
-    if constexpr (degree == 2) {
-      int m = D;
-      for (int a = 0; a < D; ++a)
-        for (int b = a; b < D; ++b) p[++m] = u[a] * u[b];
-    }
-    return p;
+  static double product(const Vector& a, const Vector& b) {
+    double sum = 0;
+    for (int m = 0; m < M; ++m) sum += a[m] * b[m];
+    return sum;
   }
 
   const Vec3 x_;
   std::span<const Vec3> nodes_;
-  std::span<const Vec3> R_;
-  Vec3 H_;
-  Matrix A_ = Matrix::Zero();
+  Vec3 H_, by_H_;
+  std::array<Vector, M> A_{};  ///< j <= i of A_[i][j]
 };
 
-/// Calls use(fit) with the fit of this dimension, degree and weight.
-template <int D, int degree, class Use>
-auto with_weight(MlsWeight weight, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R, Use use) {
-  return weight == MlsWeight::quartic ? use(Fit<D, degree, Quartic>(x, nodes, R))
-                                      : use(Fit<D, degree, Wendland>(x, nodes, R));
-}
-
-template <int D, class Use>
-auto with_degree(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
-                 Use use) {
-  return mls.degree == 1 ? with_weight<D, 1>(mls.weight, x, nodes, R, use)
-                         : with_weight<D, 2>(mls.weight, x, nodes, R, use);
-}
-
+/// Calls use(fit) with the fit of this dimension and degree.
 template <class Use>
 auto with_fit(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
               Use use) {
-  return mls.dimension == 1   ? with_degree<1>(mls, x, nodes, R, use)
-         : mls.dimension == 2 ? with_degree<2>(mls, x, nodes, R, use)
-                              : with_degree<3>(mls, x, nodes, R, use);
+  const auto of_degree = [&]<int D>() {
+    return mls.degree == 1 ? use(Fit<D, 1>(x, nodes, R)) : use(Fit<D, 2>(x, nodes, R));
+  };
+  return mls.dimension == 1   ? of_degree.template operator()<1>()
+         : mls.dimension == 2 ? of_degree.template operator()<2>()
+                              : of_degree.template operator()<3>();
 }
 
 }  // namespace
 
 bool MovingLeastSquares::evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
                                   std::span<double> phi, std::span<Vec3> gradient) const {
-  return with_fit(*this, x, nodes, R, [&](const auto& fit) { return fit.shape(phi, gradient); });
+  weigh(weight, x, nodes, R, phi, gradient);
+  return with_fit(*this, x, nodes, R, [&](auto fit) { return fit.shape(phi, gradient); });
 }
 
 double MovingLeastSquares::condition(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R) const {
-  return with_fit(*this, x, nodes, R, [](const auto& fit) { return fit.condition(); });
+  std::vector<double> w(nodes.size());
+  weigh(weight, x, nodes, R, w, {});
+  return with_fit(*this, x, nodes, R, [&](auto fit) {
+    fit.assemble(w);
+    return fit.condition();
+  });
 }
 
 }  // namespace calor
