@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """What mkdocs makes the site of: site.py CALOR FOLDER
 
-The pages of docs/, README.md as the first page, CHANGELOG.md, the benchmarks, the shipped cases with their files, and the
+KaTeX of libjs-katex for the formulas, the pages of docs/, README.md as the first page, CHANGELOG.md, the benchmarks, the shipped cases with their files, and the
 interface of the Python package, read from its docstrings, and the notebooks with what they come to. CALOR is the command, which knows what the cases are about."""
 import inspect
 import os
@@ -13,6 +13,7 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
+KATEX = pathlib.Path("/usr/share/javascript/katex")
 
 
 def with_pages(text):
@@ -83,6 +84,7 @@ def main():
                          ("CITATION.cff", "CITATION.cff"), ("bench/README.md", "bench/README.md")):
         (folder / page).parent.mkdir(exist_ok=True)
         shutil.copy(ROOT / source, folder / page)
+    shutil.copytree(KATEX, folder / "katex", ignore=shutil.ignore_patterns("contrib", "*.mjs", "katex.js", "katex.css", "*.ttf", "*.woff"))
     write_cases(calor, folder / "cases")
     run_notebooks(folder / "docs" / "notebooks")
     (folder / "docs" / "python-interface.md").write_text(python_page())
