@@ -111,12 +111,15 @@ def write_fit(options: argparse.Namespace) -> None:
 
 def write_study(options: argparse.Namespace) -> None:
     from . import study, toml
+    from .command import CommandError
     values = {}
     for text in options.values:
         key, value = toml.change(text)
         if isinstance(value, str) and value.startswith("[") and value.endswith("]"):  # words without quotes
             value = [word.strip() for word in value[1:-1].split(",")]
         values[key] = value if isinstance(value, list) else [value]
+    if options.sobol and values:
+        raise CommandError("--sobol takes the ranges of the case alone: leave the values out")
     done = study.study(options.case, options.output, values=values, j=options.j, say=tell)
     again = f", {done.reused} of them from before" if done.reused else ""
     failed = sum("failed" in row for row in done.rows)

@@ -89,13 +89,15 @@ def finished(folder: pathlib.Path) -> Result | None:
 
 def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, j: int = 1,
           say: Callable[[str], None] = lambda line: None) -> Study:
-    """Runs what [study] asks for, and `values` besides, `j` runs side by side. Runs that lie in `folder` (default:
+    """Runs what [study] asks for, `j` runs side by side; `values` stand in the place of its ranges, and besides its values. Runs that lie in `folder` (default:
     results/NAME-study) from before with the same case are not run again. Writes study.csv. Raises CalorError."""
     base = case if isinstance(case, Case) else Case(case)
     into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-study"
     written = base.to_dict()
     asked = dict(written.get("study", {}))
     asked["values"] = {**asked.get("values", {}), **(values or {})}
+    if values:
+        asked.pop("range", None)
     runs = plan(asked)
     keys = list(runs[0])
     into.mkdir(parents=True, exist_ok=True)

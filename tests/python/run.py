@@ -775,6 +775,12 @@ class Studies(unittest.TestCase):
         self.assertNotIn("failed", done.rows[0])
         self.assertIn("conductivity", done.rows[1]["failed"])
 
+    def test_values_that_are_given_stand_in_the_place_of_ranges(self):
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        case["study"] = {"range": {"boundary.out.convection.h": ["50 W/(m^2 K)", "100 W/(m^2 K)"]}}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        self.assertEqual(len(study.study("wall.toml", values={"method": ["sph", "mlpg"]}).rows), 2)
+
     def test_samples_are_spread_evenly_over_every_range(self):
         rows = study.samples({"a": ["10 K", "20 K"], "b": [0.0, 1.0]}, 10, 3)
         self.assertEqual(sorted(int(float(row["a"].split()[0])) for row in rows), list(range(10, 20)))
