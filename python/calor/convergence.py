@@ -82,10 +82,10 @@ def limit(h: Sequence[float], f: Sequence[float], round_off: float, other: float
 
 def limit_of_random_points(h: Sequence[float], f: Sequence[float], round_off: float, other: float = 0) -> Limit:
     """The same where every spacing has points of its own at random: their scatter hides the order, and nothing is
-    extrapolated. The bar holds the last changes, three where there are so many, as one or two may be small by chance; and what
-    is left to the limit where they fall steadily."""
+    extrapolated. The bar holds the last changes, three where there are so many, as one or two may be small by chance; earlier
+    ones as they would have become at first order. And it holds what is left to the limit where they fall steadily."""
     changes = [abs(b - a) for a, b in zip(f, f[1:])]
-    bar = max(*changes[-3:], round_off)
+    bar = max(*(change * h[-1] / s for change, s in zip(changes[-3:], h[1:][-3:])), round_off)
     p = observed_order(h[-3:], f[-3:])
     if not math.isnan(p):
         bar = max(bar, 1.25 * abs(extrapolated(h, f, min(max(p, LEAST_ORDER), SMOOTH_ORDER)) - f[-1]))

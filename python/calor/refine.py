@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from .command import CommandError
+from .quantities import to_si
 
 
 def scaled(quantity: str, factor: float) -> str:
@@ -43,6 +44,11 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
     changes: dict[str, Any] = {}
     shape = cloud.get("shape")
     reached = factor
+    ends = 0 if cloud.get("at") == "cells" else 1
+    counts = cloud.get("points")
+    if shape == "box" and not counts and "size" in cloud and "spacing" in cloud:  # which have to divide each other
+        spacing = to_si(cloud["spacing"], "m")
+        counts = [round(to_si(length, "m") / spacing) + ends for length in ([cloud["size"]] if isinstance(cloud["size"], str) else cloud["size"])]
 
     def more(count: int, ends: int) -> int:
         """Points along a line, of which `ends` more than intervals."""
@@ -54,10 +60,9 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
         for axis in "xyz":
             if axis in cloud:
                 changes[f"cloud.{axis}"] = divided(cloud[axis], round(factor))
-    elif shape == "box" and "points" in cloud:
-        ends = 0 if cloud.get("at") == "cells" else 1
-        changes["cloud.points"] = [more(count, ends) for count in cloud["points"]]
-        before, after = max(zip(cloud["points"], changes["cloud.points"]))
+    elif shape == "box" and counts:
+        changes["cloud.points"] = [more(count, ends) for count in counts]
+        before, after = max(zip(counts, changes["cloud.points"]))
         reached = (after - ends) / (before - ends)
     elif "rings" in cloud:
         changes["cloud.rings"] = more(cloud["rings"], 0)

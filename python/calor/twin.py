@@ -7,7 +7,7 @@ from __future__ import annotations
 import json
 import math
 import pathlib
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -15,7 +15,7 @@ import numpy as np
 
 from . import quantities, refine
 from .case import Case
-from .command import CalorError, NumbersError, side_by_side
+from .command import CalorError, CommandError, NumbersError, side_by_side
 from .result import Result
 
 FACTORS = (1, 1.5, 2)
@@ -27,18 +27,67 @@ IN_TIME = 3e-6             # of that span: what a step may add to the error
 ROUND_OFF = 1e-10          # of that span
 
 
-def solution(result: Result, is_steady: bool, end: float) -> tuple[str, float]:
-    """A smooth formula in x, y, z, t that stays within the temperatures of a result, and their span, K."""
+@dataclass
+class Solution:
+    """Formulas in x, y, z, t, K: of the whole body, and of every layer, smooth beyond it, where there are several."""
+
+    whole: str
+    layers: list[str]
+    span: float  # K
+
+    def keys(self) -> dict[str, Any]:
+        """As [twin] has them."""
+        as_value = [{"temperature": {"formula": formula, "unit": "K"}} for formula in self.layers]
+        return {"temperature": {"formula": self.whole, "unit": "K"}, **({"part": as_value} if as_value else {})}
+
+
+def layers_of(case: Mapping[str, Any]) -> list[tuple[float, float]]:
+    """Thickness, m, and conductivity of every layer, where all of these are plain numbers of one unit; else nothing."""
+    layers = case.get("body", {}).get("layer", [])
+    found = []
+    units = set()
+    for layer in layers:
+        try:
+            k, unit = quantities.split(case["material"][layer["material"]]["conductivity"])
+        except (CommandError, KeyError):
+            return []
+        units.add(unit)
+        found.append((quantities.to_si(layer["thickness"], "m"), k))
+    return found if len(units) == 1 and "region" not in case["body"] else []
+
+
+def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
+    """Within the temperatures of a result. `end` of the run, s; 0 of a steady case. Across layers the waves run over the
+    sum of thickness over conductivity in place of the thickness, so that the flux is the same on both sides where they
+    meet."""
     low, high = (result.report["temperatures"][name]["T"] for name in ("lowest", "highest"))
     span = max(high - low, 1.0)
     fields = result.fields()
-    waves = []
-    for axis in range(fields.dimension):
-        begin, extent = fields.x[:, axis].min(), np.ptp(fields.x[:, axis])
-        wave = WAVES[axis] / extent
-        waves.append(f"cos({wave:.9g}*{'xyz'[axis]} + {PHASES[axis] - wave * begin:.9g})")
-    in_time = "" if is_steady else f"*(1 + 0.4*sin({3 / end:.9g}*t))/1.4"
-    return f"{(low + high) / 2:.9g} + {SWING * span:.9g}*{'*'.join(waves)}{in_time}", span
+    layers = layers_of(case)
+    across = "xyz".index(case["body"]["along"]) if layers else -1
+    if len(layers) < 2:
+        layers = [(1.0, 1.0)]
+    resistance = sum(d / k for d, k in layers)
+    of_layers: list[str] = []
+    planes: list[float] = []
+    passed = 0.0
+    for thickness, k in layers:
+        waves = []
+        for axis in range(fields.dimension):
+            begin, extent = fields.x[:, axis].min(), np.ptp(fields.x[:, axis])
+            rate, phase = WAVES[axis] / extent, PHASES[axis]
+            if axis == across and len(layers) > 1:
+                rate, phase = WAVES[axis] / (resistance * k), phase + WAVES[axis] * passed / resistance
+                begin = planes[-1] if planes else begin
+                planes.append(begin + thickness)
+            waves.append(f"cos({rate:.12g}*{'xyz'[axis]} + {phase - rate * begin:.12g})")
+        passed += thickness / k
+        in_time = f"*(1 + 0.4*sin({3 / end:.12g}*t))/1.4" if end else ""
+        of_layers.append(f"{(low + high) / 2:.9g} + {SWING * span:.9g}*{'*'.join(waves)}{in_time}")
+    whole = of_layers[-1]
+    for formula, plane in zip(of_layers[-2::-1], planes[-2::-1]):
+        whole = f"{'xyz'[across]} < {plane:.15g} ? {formula} : ({whole})"
+    return Solution(whole, of_layers if len(of_layers) > 1 else [], span)
 
 
 @dataclass
@@ -78,11 +127,11 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     written = base.to_dict()
     is_steady = "time" not in written
     end = 0.0 if is_steady else quantities.to_si(written["time"]["end"], "s")
-    formula, span = solution(base.changed({"output.fields": True}).run(into / "case", show_progress=False), is_steady, end)
+    known = solution(written, base.changed({"output.fields": True}).run(into / "case", show_progress=False), end)
+    formula, span = known.whole, known.span
     say(f"T = {formula} K")
-    values = {"formula": formula, "unit": "K"}
-    replaced: dict[str, Any] = {"twin.temperature": values, "output.fields": False,
-                "expect": [{"name": "twin", "field": True, "norm": "rms", "value": values, "within": "1e9 K"}]}
+    replaced: dict[str, Any] = {"twin": known.keys(), "output.fields": False,
+                "expect": [{"name": "twin", "field": True, "norm": "rms", "value": {"formula": formula, "unit": "K"}, "within": "1e9 K"}]}
     levels: Sequence[float] = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refused: dict[str, str] = {}
 

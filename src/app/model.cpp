@@ -166,7 +166,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     sources = make_sources(c, *m.cloud);
     m.T_start = initial_temperatures(c, *m.cloud);
   });
-  const std::optional<Function> twin = read_twin(c, *m.cloud);
+  const std::optional<Twin> twin = read_twin(c, *m.cloud);
   if (twin) sources.clear(), prescribe_twin(*twin, *m.cloud, conditions, m.T_start);
   std::ranges::copy(conditions.notes, std::back_inserter(m.notes));
   for (std::size_t n = 0; n < conditions.areas.size(); ++n)

@@ -1,5 +1,7 @@
 #include "solve/twin.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,63 +19,95 @@ namespace {
 /// truncation (square) and rounding (reciprocal).
 constexpr double step_part = 1e-4;
 
-/// Places of a quadrature, and the body at these places and a step to either side along every axis.
+/// Places of a quadrature that lie in one part, and the rows of the whole quadrature that they are of.
+struct PlacesInPart {
+  CellSamples places;
+  std::vector<std::size_t> from;
+};
+
+/// Collective, as parts may refuse places on one rank alone.
+std::vector<PlacesInPart> split(const CellSamples& all, const Cloud& cloud, const Parts& parts) {
+  std::vector<PlacesInPart> split(parts.count());
+  collective_try(cloud.comm, [&] {
+    for (std::size_t k = 0; k + 1 < all.row.size(); ++k) {
+      const auto begin = all.row[k], count = all.row[k + 1] - begin;
+      const auto x = std::span(all.x).subspan(begin, count);
+      const std::vector<int> part = parts.at(x, std::vector<int>(count, cloud.tag[all.point[k]]));
+      for (int p = 0; p < parts.count(); ++p) {
+        if (!std::ranges::count(part, p)) continue;
+        auto& [places, from] = split[p];
+        for (std::int64_t n = 0; n < count; ++n)
+          if (part[n] == p) places.x.push_back(x[n]), places.weight.push_back(all.weight[begin + n]);
+        places.point.push_back(all.point[k]);
+        places.row.push_back(static_cast<std::int64_t>(places.x.size()));
+        from.push_back(k);
+      }
+    }
+  });
+  return split;
+}
+
+/// The solution and the body at places in one part, and at these a step to either side along every axis, as if the part
+/// went on there.
 class Stencil {
  public:
-  Stencil(const MaterialField& body, int dimension, const Vec3& step, CellSamples places, std::span<const int> all_tags)
-      : dimension_(dimension), step_(step), places_(std::move(places)) {
+  Stencil(const MaterialField& body, const Function& T, int part, const Cloud& cloud, const Vec3& step,
+          PlacesInPart in_part)
+      : T_(T), dimension_(cloud.dimension), step_(step), in_part_(std::move(in_part)) {
+    const CellSamples& places = in_part_.places;
     std::vector<int> tag;
-    for (std::size_t k = 0; k + 1 < places_.row.size(); ++k)
-      tag.insert(tag.end(), places_.row[k + 1] - places_.row[k], all_tags[places_.point[k]]);
-    const std::vector<int> part(tag.size(), 0);
-    shifted_.push_back(places_.x);
-    for (int axis = 0; axis < dimension; ++axis)
+    for (std::size_t k = 0; k + 1 < places.row.size(); ++k)
+      tag.insert(tag.end(), places.row[k + 1] - places.row[k], cloud.tag[places.point[k]]);
+    const std::vector<int> parts(tag.size(), part);
+    shifted_.push_back(places.x);
+    for (int axis = 0; axis < dimension_; ++axis)
       for (const int side : {1, -1}) {
-        shifted_.push_back(places_.x);
+        shifted_.push_back(places.x);
         for (Vec3& x : shifted_.back()) x[axis] += side * step[axis];
       }
-    for (const std::vector<Vec3>& x : shifted_) bodies_.emplace_back(body, x, tag, part);
+    for (const std::vector<Vec3>& x : shifted_) bodies_.emplace_back(body, x, tag, parts);
   }
 
-  const CellSamples& places() const { return places_; }
-  std::size_t size() const { return places_.x.size(); }
-  /// T at time t, K.
-  std::vector<double> temperature(const Function& T, double t) const { return at(T, t, places_.x); }
+  const CellSamples& places() const { return in_part_.places; }
+  /// Of the row k, the one of the whole quadrature.
+  std::size_t from(std::size_t k) const { return in_part_.from[k]; }
+  std::size_t size() const { return places().x.size(); }
 
   /// div (k grad T), W/m^3, by differences of differences; of axisymmetric bodies with k/r dT/dr.
-  std::vector<double> divergence(const Function& T, double t, bool is_axisymmetric) const {
+  std::vector<double> divergence(double t, bool is_axisymmetric) const {
     std::vector<double> out(size(), 0), k(size());
-    const std::vector<double> here = temperature(T, t);
+    const std::vector<double> here = at(t, places().x);
     for (int axis = 0; axis < dimension_; ++axis) {
       const double h = step_[axis];
       for (const int side : {1, -1}) {
-        std::vector<Vec3> far = places_.x;
+        std::vector<Vec3> far = places().x;
         for (Vec3& x : far) x[axis] += 2 * side * h;
-        const std::vector<double> beyond = at(T, t, far);
-        conductivity(1 + 2 * axis + (side < 0), T, t, k);
+        const std::vector<double> beyond = at(t, far);
+        conductivity(1 + 2 * axis + (side < 0), t, k);
         for (std::size_t n = 0; n < size(); ++n) out[n] += k[n] * (beyond[n] - here[n]) / (4 * h * h);
       }
     }
     if (is_axisymmetric) {
-      const std::vector<Vec3> q = flux(T, t);
-      for (std::size_t n = 0; n < size(); ++n) out[n] -= q[n].x / places_.x[n].x;
+      const std::vector<Vec3> q = flux(t);
+      for (std::size_t n = 0; n < size(); ++n) out[n] -= q[n].x / places().x[n].x;
     }
     return out;
   }
   /// -k grad T, W/m^2.
-  std::vector<Vec3> flux(const Function& T, double t) const {
+  std::vector<Vec3> flux(double t) const {
     std::vector<Vec3> q(size());
     std::vector<double> k(size());
-    conductivity(0, T, t, k);
+    conductivity(0, t, k);
     for (int axis = 0; axis < dimension_; ++axis) {
-      const std::vector<double> above = at(T, t, shifted_[1 + 2 * axis]), below = at(T, t, shifted_[2 + 2 * axis]);
+      const std::vector<double> above = at(t, shifted_[1 + 2 * axis]), below = at(t, shifted_[2 + 2 * axis]);
       for (std::size_t n = 0; n < size(); ++n) q[n][axis] = -k[n] * (above[n] - below[n]) / (2 * step_[axis]);
     }
     return q;
   }
   /// rho c dT/dt, W/m^3.
-  std::vector<double> heating(const Function& T, double t, double dt) const {
-    const std::vector<double> now = temperature(T, t), after = temperature(T, t + dt), before = temperature(T, t - dt);
+  std::vector<double> heating(double t, double dt) const {
+    const std::vector<Vec3>& x = places().x;
+    const std::vector<double> now = at(t, x), after = at(t + dt, x), before = at(t - dt, x);
     std::vector<double> rho_c(size());
     bodies_[0].enthalpy(now, {}, rho_c);
     for (std::size_t n = 0; n < size(); ++n) rho_c[n] *= (after[n] - before[n]) / (2 * dt);
@@ -81,28 +115,30 @@ class Stencil {
   }
 
  private:
-  static std::vector<double> at(const Function& T, double t, std::span<const Vec3> x) {
+  std::vector<double> at(double t, std::span<const Vec3> x) const {
     std::vector<double> out(x.size());
-    T.evaluate({.x = x, .t = t}, out);
+    T_.evaluate({.x = x, .t = t}, out);
     return out;
   }
-  void conductivity(int shift, const Function& T, double t, std::span<double> k) const {
-    bodies_[shift].conductivity(t, at(T, t, shifted_[shift]), k, {});
+  void conductivity(int shift, double t, std::span<double> k) const {
+    bodies_[shift].conductivity(t, at(t, shifted_[shift]), k, {});
   }
 
+  Function T_;
   int dimension_;
   Vec3 step_;
-  CellSamples places_;
+  PlacesInPart in_part_;
   std::vector<std::vector<Vec3>> shifted_;  ///< the places, then a step up and down every axis
   std::vector<MaterialField> bodies_;       ///< at these
 };
 
 class TwinSource final : public Source {
  public:
-  TwinSource(const Case& c, const Function& T, const Cloud& cloud, const Conditions& conditions,
+  TwinSource(const Case& c, const Twin& twin, const Cloud& cloud, const Conditions& conditions,
              const MaterialField& body)
       : Source("twin"),
-        T_(T),
+        T_(twin.T),
+        of_part_(twin.of_part.empty() ? std::vector{twin.T} : twin.of_part),
         cloud_(cloud),
         body_(body),
         end_(c.root().has("time") ? c.section("time").number("end") : 0),
@@ -114,7 +150,13 @@ class TwinSource final : public Source {
     const CellIntegrals integrals(cloud);
     std::vector<int> facets;
     for (std::size_t n = 0; n < cloud.facets.size(); ++n) facets.push_back(static_cast<int>(n));
-    collective_try(cloud.comm, [&] { cells_ = integrals.cells(), of_facets_ = integrals.facets(facets); });
+    const Integrand part{.f =
+                             [&](std::span<const Vec3> x, std::span<double> out) {
+                               const std::vector<int> part = body.parts().at(x, std::vector<int>(x.size()));
+                               std::ranges::copy(part, out.begin());
+                             },
+                         .may_jump = body.parts().count() > 1};
+    collective_try(cloud.comm, [&] { cells_ = integrals.cells(part), of_facets_ = integrals.facets(facets, part); });
     bind();
   }
 
@@ -140,22 +182,30 @@ class TwinSource final : public Source {
  private:
   /// Collective.
   void bind() {
-    in_cells_.emplace(body_, cloud_.dimension, step_, cells_, cloud_.tag);
-    on_facets_.emplace(body_, cloud_.dimension, step_, of_facets_, cloud_.tag);
+    in_cells_.clear(), on_facets_.clear();
+    std::vector<PlacesInPart> cells = split(cells_, cloud_, body_.parts()),
+                              facets = split(of_facets_, cloud_, body_.parts());
+    for (int part = 0; part < body_.parts().count(); ++part) {
+      in_cells_.emplace_back(body_, of_part_[part], part, cloud_, step_, std::move(cells[part]));
+      on_facets_.emplace_back(body_, of_part_[part], part, cloud_, step_, std::move(facets[part]));
+    }
   }
 
   void add_up(double t) {
     std::ranges::fill(power_, 0.0);
-    std::vector<double> lacks = in_cells_->divergence(T_, t, cloud_.axisymmetric);
-    for (double& value : lacks) value = -value;
-    if (end_ > 0) {
-      const std::vector<double> heating = in_cells_->heating(T_, t, step_part * end_);
-      for (std::size_t n = 0; n < lacks.size(); ++n) lacks[n] += heating[n];
+    for (const Stencil& part : in_cells_) {
+      std::vector<double> lacks = part.divergence(t, cloud_.axisymmetric);
+      for (double& value : lacks) value = -value;
+      if (end_ > 0) {
+        const std::vector<double> heating = part.heating(t, step_part * end_);
+        for (std::size_t n = 0; n < lacks.size(); ++n) lacks[n] += heating[n];
+      }
+      add(part.places(), [&](std::size_t, std::int64_t n) { return lacks[n]; });
     }
-    add(in_cells_->places(), [&](std::size_t, std::int64_t n) { return lacks[n]; });
-    const std::vector<Vec3> q = on_facets_->flux(T_, t);
-    add(on_facets_->places(),
-        [&](std::size_t facet, std::int64_t n) { return -dot(q[n], cloud_.facets[facet].normal); });
+    for (const Stencil& part : on_facets_) {
+      const std::vector<Vec3> q = part.flux(t);
+      add(part.places(), [&](std::size_t k, std::int64_t n) { return -dot(q[n], cloud_.facets[part.from(k)].normal); });
+    }
     for (const Given& given : given_) {
       std::vector<double> T(given.x.size()), inwards(given.x.size());
       T_.evaluate({.x = given.x, .t = t}, T);
@@ -172,6 +222,7 @@ class TwinSource final : public Source {
   }
 
   Function T_;
+  std::vector<Function> of_part_;
   const Cloud& cloud_;
   const MaterialField& body_;  // while the model is built
   struct Given {
@@ -184,44 +235,56 @@ class TwinSource final : public Source {
   double end_;                // s; 0 for a steady case
   Vec3 step_;
   CellSamples cells_, of_facets_;
-  std::optional<Stencil> in_cells_, on_facets_;
+  std::vector<Stencil> in_cells_, on_facets_;  // of every part
   double t_ = std::numeric_limits<double>::quiet_NaN();
   std::vector<double> power_;  // of the owned points, at t_
 };
 
 }  // namespace
 
-std::optional<Function> read_twin(const Case& c, const Cloud& cloud) {
+std::optional<Twin> read_twin(const Case& c, const Cloud& cloud) {
   if (!c.root().has("twin")) return std::nullopt;
   const Table table = c.section("twin");
-  const Function T = table.function("temperature");
-  if (T.depends_on_temperature()) table.refuse("temperature", "the solution depends on T", "write it in x, y, z and t");
-  if (T.may_jump()) table.refuse("temperature", "the solution may jump or bend", "take a smooth one, of sin and cos");
-  if (c.root().has("steady") && T.depends_on_time())
-    table.refuse("temperature", "the solution of a steady case depends on t", "leave t out");
+  Twin twin{.T = table.function("temperature"), .of_part = {}};
+  const auto require_smooth = [&](const Table& of, const Function& T, bool may_bend) {
+    if (T.depends_on_temperature()) of.refuse("temperature", "the solution depends on T", "write it in x, y, z and t");
+    if (T.may_jump() && !may_bend)
+      of.refuse("temperature", "the solution may jump or bend", "take a smooth one, of sin and cos");
+    if (c.root().has("steady") && T.depends_on_time())
+      of.refuse("temperature", "the solution of a steady case depends on t", "leave t out");
+  };
+  for (const Table& part : table.list("part")) {
+    twin.of_part.push_back(part.function("temperature"));
+    require_smooth(part, twin.of_part.back(), false);
+  }
+  require_smooth(table, twin.T, !twin.of_part.empty());
   if (has_cracks(c)) table.refuse("", "a cracked body has no smooth solution", "leave the cracks out");
   if (!cloud.points_on_walls || !cloud.has_areas)
     table.refuse("", "the points of the cloud lie off its walls", "take a cloud with points on the walls");
-  return T;
+  return twin;
 }
 
-void prescribe_twin(const Function& T, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start) {
-  for (PrescribedTerm& term : conditions.temperatures) term.temperature = T;
+void prescribe_twin(const Twin& twin, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start) {
+  for (PrescribedTerm& term : conditions.temperatures) term.temperature = twin.T;
   T_start.resize(cloud.owned);
-  collective_try(cloud.comm, [&] { T.evaluate({.x = cloud.owned_points()}, T_start); });
+  collective_try(cloud.comm, [&] { twin.T.evaluate({.x = cloud.owned_points()}, T_start); });
 }
 
-std::unique_ptr<Source> make_twin_source(const Case& c, const Function& T, const Cloud& cloud,
+std::unique_ptr<Source> make_twin_source(const Case& c, const Twin& twin, const Cloud& cloud,
                                          const Conditions& conditions, const MaterialField& body) {
-  if (body.parts().count() > 1)
-    c.section("twin").refuse("", "the flux of a smooth temperature jumps where the parts of the body meet",
-                             "give the body one material");
+  const Table table = c.section("twin");
+  const int parts = body.parts().count(), given = static_cast<int>(twin.of_part.size());
+  if (given != parts && (given > 0 || parts > 1))
+    table.refuse("",
+                 fmt::format("{} solutions for {} parts: the flux of one smooth temperature jumps where they meet",
+                             given, parts),
+                 "give [[twin.part]] a temperature for every part, in the order of [body], with fluxes that agree "
+                 "where they meet");
+  if (body.parts().has_contacts()) table.refuse("", "temperatures jump at contacts", "leave 'contact' out");
   if (body.mean() == Mean::harmonic)
-    c.section("twin").refuse("", "the conductivity jumps between layers",
-                             "make it smooth, or take [[body.layer]] of one");
-  if (!body.is_isotropic())
-    c.section("twin").refuse("", "the body conducts differently by direction", "leave 'anisotropy' out");
-  return std::make_unique<TwinSource>(c, T, cloud, conditions, body);
+    table.refuse("", "the conductivity jumps between layers", "make it smooth, or take [[body.layer]] of one");
+  if (!body.is_isotropic()) table.refuse("", "the body conducts differently by direction", "leave 'anisotropy' out");
+  return std::make_unique<TwinSource>(c, twin, cloud, conditions, body);
 }
 
 void declare_twin(Schema& schema) {
@@ -231,6 +294,9 @@ void declare_twin(Schema& schema) {
                   "the case are left out, and what the heat equation lacks goes in. So the error of a run is "
                   "known (docs/certify.md).",
               .keys = {{"temperature", Kind::function, "K", required, "The solution, smooth, of place and time."}}});
+  schema.add({.path = "twin.part[]",
+              .sentence = "The solution in one part of the body, in the order of [body]: smooth, beyond the part too.",
+              .keys = {{"temperature", Kind::function, "K", required, "Where parts meet it and its flux agree."}}});
 }
 
 }  // namespace calor

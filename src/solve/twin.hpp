@@ -15,16 +15,22 @@
 
 namespace calor {
 
-/// The solution of [twin]; nothing where the case has none. Refuses bodies that have no twin: of several parts, with
-/// cracks, with points off their walls, anisotropic. Throws Error.
-std::optional<Function> read_twin(const Case& c, const Cloud& cloud);
+struct Twin {
+  Function T;                     ///< everywhere; it may bend where parts meet
+  std::vector<Function> of_part;  ///< the same in every part, smooth beyond it; none of a body of one part
+};
 
-/// Gives all prescribed temperatures, and those of the start, the values of the solution T.
-void prescribe_twin(const Function& T, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start);
+/// The solution of [twin]; nothing where the case has none. Refuses bodies that have no twin: with cracks, with points
+/// off their walls. Throws Error.
+std::optional<Twin> read_twin(const Case& c, const Cloud& cloud);
+
+/// Gives all prescribed temperatures, and those of the start, the values of the solution.
+void prescribe_twin(const Twin& twin, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start);
 
 /// What is lacking, as a source called "twin": in the cells rho c dT/dt - div (k grad T), through the facets
-/// k dT/dn less the fluxes of the conditions at T. Conditions and cloud must outlive it. Collective; throws Error.
-std::unique_ptr<Source> make_twin_source(const Case& c, const Function& T, const Cloud& cloud,
+/// k dT/dn less the fluxes of the conditions at T. Refuses bodies of several parts without solutions of their own, and
+/// anisotropic ones. Conditions and cloud must outlive it. Collective; throws Error.
+std::unique_ptr<Source> make_twin_source(const Case& c, const Twin& twin, const Cloud& cloud,
                                          const Conditions& conditions, const MaterialField& body);
 
 void declare_twin(Schema& schema);

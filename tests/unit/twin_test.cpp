@@ -52,6 +52,53 @@ TEST(Twin, AUniformTemperatureIsExact) {
     EXPECT_LT(error(plate("350", method, {11, 7}, "[steady]\n")), 1e-9) << method;
 }
 
+/// Two layers whose plane lies inside of cells, k = 2 and 20 W/(m K): the solution is smooth over the sum of x/k, so
+/// that fluxes agree at the plane.
+std::string layers(const std::string& method, const std::vector<int>& points) {
+  const std::string along_y = "*cos(25*y + 0.4)";
+  const std::string left = "350 + 40*cos(40*x + 0.3)" + along_y;
+  const std::string right = "350 + 40*cos(40*0.037 + 4*(x - 0.037) + 0.3)" + along_y;
+  const auto temperature = [](const std::string& T) { return "{ formula = \"" + T + "\", unit = \"K\" }"; };
+  const std::string both = temperature("x < 0.037 ? " + left + " : (" + right + ")");
+  return box_case({"0.1 m", "0.06 m"}, points, method) + R"toml(
+[material.a]
+conductivity = "2 W/(m K)"
+[material.b]
+conductivity = "20 W/(m K)"
+[body]
+along = "x"
+[[body.layer]]
+material = "a"
+thickness = "37 mm"
+[[body.layer]]
+material = "b"
+thickness = "63 mm"
+[boundary.hot]
+on = "xmin"
+temperature = "400 K"
+[boundary.air]
+on = ["xmax", "ymax"]
+convection = { h = "50 W/(m^2 K)", ambient = "300 K" }
+[steady]
+[twin]
+temperature = )toml" +
+         both + "\n[[twin.part]]\ntemperature = " + temperature(left) +
+         "\n[[twin.part]]\ntemperature = " + temperature(right) +
+         "\n[[expect]]\nfield = true\nnorm = \"rms\"\nwithin = \"1 K\"\nvalue = " + both + "\n";
+}
+
+TEST(Twin, OfLayersConvergesWithTheSquareOfTheSpacing) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    const double coarse = error(layers(method, {21, 13})), fine = error(layers(method, {81, 49}));
+    EXPECT_GT(0.5 * std::log2(coarse / fine), 1.8) << method << ": " << coarse << ", " << fine;
+  }
+}
+
+TEST(TwinParallel, OfLayersIsTheSameOnAnyNumberOfRanks) {
+  const std::string text = layers("sph", {11, 7});
+  EXPECT_NEAR(error(text, MPI_COMM_WORLD), error(text), 1e-8);
+}
+
 TEST(TwinParallel, IsTheSameOnAnyNumberOfRanks) {
   // Adaptive steps follow the digits of the linear solver: results differ by a small part of their tolerance of 1e-3 K.
   const std::string text = plate(wavy, "sph", {11, 7});
@@ -67,6 +114,11 @@ TEST(Twin, WhatHasNoneIsRefused) {
   refused(plate(wavy, "sph", {11, 7}, "[steady]\n"), {"depends on t"});
   refused(replaced(plate("300 + x", "sph", {11, 7}), "points = [11, 7]", "points = [11, 7]\nat = \"cells\""),
           {"off its walls"});
+  const std::string two = layers("sph", {11, 7});
+  refused(replaced(two, "thickness = \"63 mm\"", "thickness = \"63 mm\"\ncontact = \"100 W/(m^2 K)\""),
+          {"jump at contacts"});
+  const auto first = two.find("[[twin.part]]"), second = two.find("[[twin.part]]", first + 1);
+  refused(two.substr(0, first) + two.substr(second), {"1 solutions for 2 parts", "[[twin.part]]"});
 }
 
 }  // namespace
