@@ -106,6 +106,7 @@ class Certificate:
         self.refused: dict[str, str] = {}
         self.quantities: dict[str, Quantity] = {}
         self.span: dict[str, float] = {}
+        self.beyond = ""  # what the next level would have taken
         self.started = time.monotonic()
         self.written = case.to_dict()
         if case.variant:
@@ -184,7 +185,8 @@ class Certificate:
             in_time, self.runs = self._finer_in_time(), []
         cost: list[tuple[float, float]] = []
         for factor in factors:
-            if cost and not self.factors and self._left() < self._expected(cost, factor):
+            if cost and not self.factors and self._left() < (expected := self._expected(cost, factor)):
+                self.beyond = f"{factor:g} times would take about {duration(expected)} more, beyond the budget"
                 break
             began = time.monotonic()
             done = self._level(factor, in_time)
@@ -227,7 +229,8 @@ class Certificate:
         for kind in {quantity.kind for quantity in self.quantities.values()}:
             values = [abs(run.values[name]) for run in self.runs for name in run.values if self.quantities[name].kind == kind]
             self.span[kind] = max(values, default=0)
-        find_limit = convergence.limit_of_random_points if refine.is_random(self.written["cloud"]) else convergence.limit
+        is_random = refine.is_random(self.written["cloud"])
+        find_limit = convergence.limit_of_random_points if is_random else convergence.limit
         for name, quantity in self.quantities.items():
             for method in self.methods:
                 runs = [run for run in self.runs if run.method == method and name in run.values]
@@ -238,9 +241,9 @@ class Certificate:
                                                             ROUND_OFF * self.span[quantity.kind], quantity.time.get(method, 0))
             if not quantity.limits:
                 quantity.verdict = convergence.Verdict(float("nan"), float("nan"), False,
-                                                       "three spacings did not fit into the budget: give more with --budget")
+                                                       "three spacings did not fit into the budget: give more with --budget" + (f" ({self.beyond})" if self.beyond else ""))
                 continue
-            quantity.verdict = convergence.together(list(quantity.limits.values()))
+            quantity.verdict = convergence.together(list(quantity.limits.values()), not is_random)
 
     def table(self) -> str:
         """For people."""
@@ -257,13 +260,14 @@ class Certificate:
                 in_time = f" (error in time about {changed:.1g})" if changed > 0.1 * one.bar else ""
                 lines.append(f"{'':<{width}}    {method:<13}{quantity.values[method][-1]:.7g}{order}; {said}{in_time}")
         lines += [f"{method} is left out: {why}" for method, why in self.refused.items()]
+        lines += [self.beyond] if self.beyond else []
         certified = sum(1 for q in self.quantities.values() if q.verdict and q.verdict.certified)
         lines.append(f"{certified} of {len(self.quantities)} certified")
         return "\n".join(lines)
 
     def to_json(self) -> dict[str, Any]:
         return {"case": self.case.name, "seconds": time.monotonic() - self.started, "refused": self.refused,
-                "runs": [asdict(run) for run in self.runs],
+                "runs": [asdict(run) for run in self.runs], "beyond_the_budget": self.beyond,
                 "quantities": [{"name": q.name, "unit": q.unit, "statement": q.statement, "verdict": asdict(q.verdict) if q.verdict else None,
                                 "limits": {method: asdict(one) for method, one in q.limits.items()}, "values": q.values,
                                 "time": q.time} for q in self.quantities.values()]}
@@ -295,6 +299,11 @@ def certify(case: Case | str, folder: str | pathlib.Path | None = None, *, metho
     certificate.compute()
     certificate.write()
     return certificate
+
+
+def duration(t: float) -> str:
+    """ "40 s", "12 min" or "3.1 h"."""
+    return f"{t:.0f} s" if t < 100 else f"{t / 60:.0f} min" if t < 6000 else f"{t / 3600:.1f} h"
 
 
 def seconds(text: str) -> float:

@@ -104,9 +104,11 @@ class Verdict:
     reason: str = ""
 
 
-def together(limits: Sequence[Limit]) -> Verdict:
-    """The limits of several methods as one. They are independent: where they agree, their spread says how good they
-    are; where they do not, nothing is certified."""
+def together(limits: Sequence[Limit], are_extrapolated: bool = True) -> Verdict:
+    """The limits of several methods as one. They are independent: where they agree, their scatter says how good they
+    are; where they do not, nothing is certified. The scatter is that about a weighted mean (Birge, Phys. Rev. 40 (1932)
+    207), in which a limit with a wide bar weighs little. Values that are not extrapolated lie off to one side: of these
+    the one that is furthest off counts."""
     good = [one for one in limits if one.is_asymptotic]
     if not good:
         return Verdict(limits[0].value, math.nan, False, "not in the asymptotic range: " + limits[0].reason)
@@ -117,8 +119,9 @@ def together(limits: Sequence[Limit]) -> Verdict:
             if abs(a.value - b.value) > 1.5 * (a.bar + b.bar):
                 return Verdict(value, math.nan, False, f"the methods' limits differ by {abs(a.value - b.value):.2g}, more than their bars")
     smallest = min(one.bar for one in good)
-    spread = max(abs(one.value - value) for one in good)
+    off = np.array([one.value - value for one in good])
     if len(good) > 1:
+        spread = math.sqrt(float(np.sum(weight * off**2) / np.sum(weight)) / (len(good) - 1)) if are_extrapolated else float(np.max(np.abs(off)))
         bar = max(smallest, spread)
     else:  # one of random points may look asymptotic by chance: the others' values are at hand
         others = [abs(one.value - value) for one in limits if not one.is_asymptotic]

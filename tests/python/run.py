@@ -453,6 +453,13 @@ class Certificates(unittest.TestCase):
         self.assertIn("the methods' limits differ by 0.5", convergence.together(limits).reason)
         self.assertTrue(convergence.together(limits[:1]).certified)
 
+    def test_a_limit_with_a_wide_bar_does_not_widen_that_of_a_sure_one(self):
+        limits = [convergence.Limit(300.0, 0.01, 2), convergence.Limit(300.5, 1.0, 2)]
+        self.assertLess(convergence.together(limits).bar, 0.011)
+        self.assertAlmostEqual(convergence.together(limits, are_extrapolated=False).bar, 0.5, delta=0.001)
+        same = [convergence.Limit(300.0, 0.1, 2), convergence.Limit(300.25, 0.1, 2)]
+        self.assertAlmostEqual(convergence.together(same).bar, 0.125)
+
     def test_a_number_has_no_more_digits_than_its_bar(self):
         self.assertEqual(convergence.text(1169.5837, 0.18, "K"), "1169.58 ± 0.18 K")
         self.assertEqual(convergence.text(1169.5837, 0.27, "K"), "1169.6 ± 0.3 K")
@@ -502,6 +509,7 @@ class Certificates(unittest.TestCase):
         self.assertEqual([certify.seconds(text) for text in ("90s", "1.5min", "1h", "20")], [90, 90, 3600, 20])
         with self.assertRaisesRegex(CalorError, "is no time"):
             certify.seconds("soon")
+        self.assertEqual([certify.duration(t) for t in (40, 720, 11000)], ["40 s", "12 min", "3.1 h"])
 
 
 # A flux of 10 kW/m^2 through 0.1 m of k, air of 300 K behind h: the back at 300 + q / h, the front q L / k above.
