@@ -1,4 +1,11 @@
-# Completion of the command calor in bash; zsh takes it after `autoload bashcompinit && bashcompinit`.
+# Completion of the command calor in bash; zsh takes it after `autoload -U compinit bashcompinit && compinit && bashcompinit`.
+
+# Offers the lines of a list: names of files may have blanks.
+_calor_offer() {
+  local IFS=$'\n'
+  COMPREPLY=($1)
+}
+
 _calor() {
   local verbs="run check cloud verify new examples doc help plot report certify fit study optimise"
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} verb=${COMP_WORDS[1]} words=
@@ -10,7 +17,7 @@ _calor() {
   elif [ "$before" = --from ]; then
     words=$(calor examples 2>/dev/null | sed -n 's|^\([a-zA-Z][^ ]*/[^ ]*\).*|\1|p')
   elif [ "$before" = -o ]; then
-    mapfile -t COMPREPLY < <(compgen -d -- "$word")
+    _calor_offer "$(compgen -d -- "$word")"
     return
   else
     case $verb in
@@ -29,14 +36,14 @@ _calor() {
       help) words=$verbs ;;
     esac
   fi
-  mapfile -t COMPREPLY < <(compgen -W "$words" -- "$word")
+  _calor_offer "$(compgen -W "$words" -- "$word")"
   case $verb in
     run | check | cloud | verify | certify | fit | study | optimise)
       [ "$COMP_CWORD" = 1 ] || [ "$before" = --units ] || [ "${word#-}" != "$word" ] ||
-        mapfile -t COMPREPLY < <(compgen -f -X '!*.toml' -- "$word"; compgen -d -- "$word")
+        _calor_offer "$(compgen -f -X '!*.toml' -- "$word"; compgen -d -- "$word")"
       ;;
     plot | report)
-      [ "$COMP_CWORD" != 2 ] || mapfile -t COMPREPLY < <(compgen -d -- "$word")
+      [ "$COMP_CWORD" != 2 ] || _calor_offer "$(compgen -d -- "$word")"
       ;;
   esac
 }

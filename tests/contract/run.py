@@ -56,12 +56,22 @@ class Contract(unittest.TestCase):
     def test_bash_completes_every_verb_and_its_options(self):
         def completed(*words):
             script = f'source "{COMPLETION}"; COMP_WORDS=("$@"); COMP_CWORD=$(($# - 1)); _calor; echo "${{COMPREPLY[@]}}"'
-            return subprocess.run(["bash", "-c", script, "bash", "calor", *words], capture_output=True, text=True, check=True).stdout.split()
+            return subprocess.run(["bash", "-c", script, "bash", "calor", *words], cwd=self.here, capture_output=True, text=True, check=True).stdout.split()
         verbs = re.findall(r"^  (\w+) ", self.calor("--help").stdout.partition("Subcommands")[2], re.MULTILINE)
         self.assertGreater(len(verbs), 10)
         self.assertEqual(set(completed("")) - {"--help", "--version"}, set(verbs))
         self.assertIn("--restart", completed("run", "--r"))
         self.assertIn("stress", completed("plot", "results/plate", "st"))
+        (self.here / "my case.toml").touch()
+        self.assertIn("case.toml", completed("run", "m"))
+
+    @unittest.skipUnless(shutil.which("zsh"), "apt-get install zsh")
+    def test_zsh_takes_the_same_completion(self):
+        script = (f'autoload -U bashcompinit; bashcompinit; compdef() {{ : }}; source "{COMPLETION}"; emulate sh; '
+                  'COMP_WORDS=(calor rep); COMP_CWORD=1; _calor; echo "${COMPREPLY[@]}"')
+        done = subprocess.run(["zsh", "-f", "-c", script], capture_output=True, text=True)
+        self.assertIn("report", done.stdout.split())
+        self.assertEqual(done.stderr, "")
 
     def test_new_writes_a_case_that_runs_and_never_overwrites(self):
         self.calor("new", "plate")
