@@ -8,13 +8,13 @@ from __future__ import annotations
 import json
 import math
 import pathlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from . import quantities, toml
+from . import quantities, refine, toml
 from .case import Case
 from .command import CaseError, CommandError
 from .result import Array, Result
@@ -78,6 +78,7 @@ class Optimum:
     trials: list[Trial]
     best: Trial
     folder: pathlib.Path
+    finer: Callable[[Trial, str], Result]  # the same on half the spacing
 
     @property
     def first(self) -> Trial:
@@ -99,9 +100,15 @@ class Optimum:
         return "\n".join(lines)
 
     def plot(self) -> Any:
-        """Composition, temperature and stress before and after, of a case with [stress]. Needs python3-matplotlib."""
+        """Composition, temperature and stress before and after, of a case with [stress], with their errors by a run each on half
+        the spacing where the cloud can be refined. Needs python3-matplotlib."""
         from . import stress
-        return stress.compare({"start": self.first.result, "best": self.best.result})
+        shown = {"start": self.first, "best": self.best}
+        try:
+            finer = {name: self.finer(trial, name) for name, trial in shown.items()}
+        except CommandError:
+            finer = None
+        return stress.compare({name: trial.result for name, trial in shown.items()}, finer)
 
     def to_json(self) -> dict[str, Any]:
         return {"unknowns": [{"key": u.key, "unit": u.unit, "start": self.first.values[n], "best": self.best.values[n]} for n, u in enumerate(self.unknowns)],
@@ -137,14 +144,21 @@ class Search:
         for known in self.trials:
             if known.values == values:
                 return known
-        changes = quantities.changes_at(self.written, {u.key: quantities.joined(value, u.unit) for u, value in zip(self.unknowns, values)})
-        result = self.case.changed(changes).run(self.folder / f"run-{len(self.trials) + 1}", show_progress=False)
+        result = self.case.changed(self.changes(values)).run(self.folder / f"run-{len(self.trials) + 1}", show_progress=False)
         trial = Trial(values, number_of(result, self.number, self.case.name), [limit.room(result) for limit in self.limits], result)
         self.trials.append(trial)
         self.say(f"run {len(self.trials)}: {self.number} {trial.objective:.5g} at "
                  + ", ".join(f"{u.key} = {quantities.joined(float(f'{value:.5g}'), u.unit)}" for u, value in zip(self.unknowns, values))
                  + ("" if trial.is_allowed else ", beyond a limit"))
         return trial
+
+    def changes(self, values: Sequence[float]) -> dict[str, Any]:
+        return quantities.changes_at(self.written, {u.key: quantities.joined(value, u.unit) for u, value in zip(self.unknowns, values)})
+
+    def finer(self, trial: Trial, name: str) -> Result:
+        """A trial on half the spacing. Raises CommandError for clouds that come from files."""
+        finer, _ = refine.refined(self.written["cloud"], 2)
+        return self.case.changed({**self.changes(trial.values), **finer}).run(self.folder / f"{name}-on-half-the-spacing", show_progress=False)
 
     def best(self) -> Trial:
         """The best of those that keep the limits; of none the one that misses them least."""
@@ -161,7 +175,7 @@ class Search:
         limits = [{"type": "ineq", "fun": lambda x, n=n: self.trial(x).room[n]} for n in range(len(self.limits))]
         minimize(lambda x: self.sign * self.trial(x).objective / scale, x, method="COBYLA", constraints=within + limits, tol=1e-3,
                  options={"rhobeg": FIRST_STEP, "maxiter": self.iterations, "catol": ALLOWED})
-        return Optimum(self.unknowns, self.limits, self.number, self.trials, self.best(), self.folder)
+        return Optimum(self.unknowns, self.limits, self.number, self.trials, self.best(), self.folder, self.finer)
 
 
 def optimise(case: Case | str, folder: str | pathlib.Path | None = None, *, say: Callable[[str], None] = lambda line: None) -> Optimum:

@@ -23,16 +23,36 @@ def lines_of(section: Table) -> list[tuple[str, Array]]:
     return [(f"r = {MM * r:.3g} mm", np.flatnonzero(section["r"] == r)) for r in chosen]
 
 
-def through_thickness(axes: Sequence[Axes], result: Result, label: str = "") -> None:
-    """Temperature, and every component of the stress, into axes of their own."""
+def components_of(section: Table) -> list[str]:
+    return [name for name in section if section.units[name] == "Pa"]
+
+
+def bars(result: Result, finer: Result) -> dict[str, float]:
+    """Errors of temperature and stresses along the lines: four thirds of the largest change with half the spacing, as at second
+    order."""
+    def change(name: str) -> float:
+        pairs = zip(lines_of(result.section), lines_of(finer.section))
+        return max(float(np.max(np.abs(np.interp(result.section["s"][rows], finer.section["s"][others], finer.section[name][others])
+                                       - result.section[name][rows]))) for (_, rows), (_, others) in pairs)
+
+    return {name: 4 / 3 * change(name) for name in ("T", *components_of(result.section))}
+
+
+def through_thickness(axes: Sequence[Axes], result: Result, label: str = "", errors: Mapping[str, float] | None = None) -> None:
+    """Temperature, and every component of the stress, into axes of their own; the legend has their errors."""
     section = result.section
-    components = [name for name in section if section.units[name] == "Pa"]
+    components = components_of(section)
+
+    def words(line: str, name: str) -> str:
+        unit, factor = ("K", 1.0) if name == "T" else ("MPa", MPA)
+        error = f" ± {factor * errors[name]:.1g} {unit}" if errors else ""
+        return ", ".join(word for word in (label, line) if word) + error
+
     shown = result.shown(section)
-    for name, rows in lines_of(section):
-        words = ", ".join(word for word in (label, name) if word)
-        axes[0].plot(MM * section["s"][rows], shown["T"][rows], label=words)
+    for line, rows in lines_of(section):
+        axes[0].plot(MM * section["s"][rows], shown["T"][rows], label=words(line, "T"))
         for ax, component in zip(axes[1:], components):
-            ax.plot(MM * section["s"][rows], MPA * section[component][rows], label=words)
+            ax.plot(MM * section["s"][rows], MPA * section[component][rows], label=words(line, component))
     axes[0].set_ylabel(f"T [{result.degrees}]")
     for ax, component in zip(axes[1:], components):
         ax.set_ylabel(f"{component} [MPa]")
@@ -46,7 +66,7 @@ def through_thickness(axes: Sequence[Axes], result: Result, label: str = "") -> 
 def stress(result: Result) -> Figure:
     """Temperature and stress through the thickness at the end; lowest and highest stress over time."""
     section, history = result.section, result.stress
-    components = sum(section.units[name] == "Pa" for name in section)
+    components = len(components_of(section))
     is_steady = len(history["time"]) < 2
     figure, axes = plt.subplots(1, 1 + components + (not is_steady), figsize=(4 * (1 + components + (not is_steady)), 3.6))
     through_thickness(axes[: 1 + components], result)
@@ -59,16 +79,17 @@ def stress(result: Result) -> Figure:
     return figure
 
 
-def compare(results: Mapping[str, Result]) -> Figure:
-    """Composition (of a body of one dimension), temperature and stress through the thickness of several results, by name."""
+def compare(results: Mapping[str, Result], finer: Mapping[str, Result] | None = None) -> Figure:
+    """Composition (of a body of one dimension), temperature and stress through the thickness of several results, by name. With
+    the same on half the spacing, `finer`, their errors are told."""
     first = next(iter(results.values()))
     of_points = first.fields()
     mixed = [name for name in of_points if name.startswith("volume fraction of ")][1:2] if of_points.dimension == 1 else []
-    components = sum(first.section.units[name] == "Pa" for name in first.section)
+    components = len(components_of(first.section))
     count = len(mixed) + 1 + components
     figure, axes = plt.subplots(1, count, figsize=(4 * count, 3.6))
     for label, result in results.items():
-        through_thickness(axes[len(mixed):], result, label)
+        through_thickness(axes[len(mixed):], result, label, bars(result, finer[label]) if finer else None)
         if mixed:
             fields = result.fields()
             order = np.argsort(fields.x[:, 0])

@@ -748,6 +748,12 @@ class Optima(unittest.TestCase):
         self.assertAlmostEqual(min(axes[1].lines[0].get_ydata()), -228.7, delta=0.5)
         figure = stress.compare({"start": result, "again": result})
         self.assertEqual([ax.get_ylabel() for ax in figure.axes], ["volume fraction of ceramic", "T [K]", "stress [MPa]"])
+        finer = Case(ROOT / "cases" / "optimise" / "graded-wall.toml", {"cloud.points": [81]}).run("finer", show_progress=False)
+        errors = stress.bars(result, finer)  # of the cold face 0.0723 K, of the least stress 0.189 MPa against the integrals
+        self.assertTrue(0.07 < errors["T"] < 0.15, errors)
+        self.assertTrue(1.8e5 < errors["stress"] < 3e5, errors)
+        figure = stress.compare({"start": result}, {"start": finer})
+        self.assertRegex(figure.axes[2].get_legend().get_texts()[0].get_text(), r"start ± 0\.\d MPa")
 
 
 class Studies(unittest.TestCase):
