@@ -23,7 +23,7 @@ _calor() {
     case $verb in
       run) words="-o -j --units --quiet --restart --time-limit" ;;
       check) words="-j --units" ;;
-      cloud) words="-j -o" ;;
+      cloud) words="-j -o --units" ;;
       certify) words="--budget --methods --refine --twin -j -o" ;;
       fit) words="-j -o" ;;
       study) words="--sobol -j -o" ;;

@@ -235,17 +235,24 @@ std::unique_ptr<Material> read_simple_material(const std::string& name, const Ta
 std::vector<Key> simple_keys() {
   std::vector<std::string> library;
   for (const auto& m : material_library()) library.push_back(m.name);
-  return {{"conductivity", Kind::function, "W/(m K)", optional,
-           "Conductivity, the same in all directions unless `anisotropy` says otherwise."},
-          {"anisotropy", Kind::table, "", optional, "How the conductivity depends on direction."},
-          {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
-          {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
-          {"latent_heat", Kind::quantity, "J/kg", optional,
-           "Heat of melting, taken up evenly between solidus and liquidus."},
-          {"solidus", Kind::quantity, "K", optional, "Temperature at which melting begins."},
-          {"liquidus", Kind::quantity, "K", optional, "Temperature at which melting ends."},
-          {"library", Kind::choice, "", optional,
-           "Takes the values of a built-in material; keys written beside it replace single values.", library}};
+  return {
+      {"conductivity", Kind::function, "W/(m K)", optional,
+       "Conductivity, the same in all directions unless `anisotropy` says otherwise."},
+      {"anisotropy", Kind::table, "", optional, "How the conductivity depends on direction."},
+      {"density", Kind::function, "kg/m^3", optional, "Density; a steady case does without."},
+      {"specific_heat", Kind::function, "J/(kg K)", optional, "Specific heat; a steady case does without."},
+      {"latent_heat", Kind::quantity, "J/kg", optional,
+       "Heat of melting, taken up evenly between solidus and liquidus."},
+      {"solidus", Kind::quantity, "K", optional, "Temperature at which melting begins."},
+      {"liquidus", Kind::quantity, "K", optional, "Temperature at which melting ends."},
+      {"library",
+       Kind::choice,
+       "",
+       optional,
+       "Takes the values of a built-in material; keys written beside it replace single values. A variant or KEY=VALUE "
+       "that takes another drops them.",
+       library,
+       {"conductivity", "density", "specific_heat", "latent_heat", "solidus", "liquidus"}}};
 }
 
 }  // namespace calor

@@ -65,6 +65,17 @@ class Contract(unittest.TestCase):
         (self.here / "my case.toml").touch()
         self.assertIn("case.toml", completed("run", "m"))
 
+    def test_the_manual_page_and_the_completion_know_all_verbs_and_options(self):
+        page, completion = (COMPLETION.parents[1] / "docs/calor.1.in").read_text().replace("\\-", "-"), COMPLETION.read_text()
+        for verb in re.findall(r"^  (\w+) ", self.calor("--help").stdout.partition("Subcommands")[2], re.MULTILINE):
+            self.assertIn(f".B {verb}\n", page)
+            options = set(re.findall(r"(?<![\w-])--\w[\w-]*", self.calor("help", verb).stdout)) - {"--help", "--output"}  # -o
+            written = "\n".join(line for line in page.splitlines() if line.startswith(f"\\fBcalor {verb}\\fR"))
+            offered = re.search(rf"^ +(?:\w+ \| )*{verb}(?: \| \w+)*\) words=\"(.*)\" ;;", completion, re.MULTILINE)
+            for option in options:
+                self.assertIn(option, written, verb)
+                self.assertIn(option, offered[1], verb)
+
     @unittest.skipUnless(shutil.which("zsh"), "apt-get install zsh")
     def test_zsh_takes_the_same_completion(self):
         script = (f'autoload -U bashcompinit; bashcompinit; compdef() {{ : }}; source "{COMPLETION}"; emulate sh; '
@@ -79,6 +90,11 @@ class Contract(unittest.TestCase):
         self.calor("new", "plate", code=4)
         self.assertIn("# mine", (self.here / "plate.toml").read_text())
         self.calor("run", "plate.toml")
+
+    def test_a_material_of_the_library_replaces_the_numbers_of_a_case(self):
+        self.calor("new", "plate")
+        self.calor("run", "plate.toml", "material.steel.library=copper", "time.end=1 s", code=1)  # not what is expected
+        self.assertEqual(list(self.read_json("results/plate/report.json")["case"]["material"]["steel"])[0], "library")
 
     def test_new_offers_starters_and_copies_examples_with_the_files_that_they_name(self):
         offered = [line.split()[2] for line in self.calor("new").stdout.splitlines() if line.startswith("calor new ")]
