@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "cloud/lattice.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 namespace {
@@ -14,8 +15,9 @@ int per_spacing(int dimension) { return dimension == 3 ? 4 : 8; }
 /// Cells narrower than the spacing tells are sampled more finely until this many samples lie in them.
 constexpr std::size_t least_samples = 8;
 constexpr int most_refinements = 3;
-/// No part of a cell is taken to be farther from its point than this many spacings.
-constexpr double farthest = 1.25;
+/// No part of a cell is taken to be farther from its point than this many spacings, beside contacts that may run along
+/// another row of points.
+constexpr double farthest = 1.25, farthest_at_contacts = 1.75;
 
 double mean(const std::vector<double>& v) {
   double sum = 0;
@@ -38,6 +40,26 @@ struct WallsOfPoint {
     return std::ranges::any_of(planes, beyond) || (!reentrant.empty() && std::ranges::all_of(reentrant, beyond));
   }
 };
+
+// Where contacts end cells, a cell is that of the nearest point on the same side.
+
+const Sides* sides_of(const Cloud& cloud) { return cloud.solids ? cloud.solids->sides() : nullptr; }
+
+bool is_beside_contact(const Cloud& cloud, int i) {
+  const Sides* sides = sides_of(cloud);
+  return sides && sides->is_beside[i];
+}
+
+/// Of the places from `begin` on.
+void remove_beyond_contacts(const Cloud& cloud, int i, std::size_t begin, std::vector<Vec3>& places) {
+  const Sides& sides = *sides_of(cloud);
+  std::vector<int> part(places.size() - begin);
+  sides.at(std::span(places).subspan(begin), cloud.tag[i], part);
+  std::size_t kept = begin;
+  for (std::size_t n = begin; n < places.size(); ++n)
+    if (!sides.separated[sides.part[i]][part[n - begin]]) places[kept++] = places[n];
+  places.resize(kept);
+}
 
 }  // namespace
 
@@ -148,12 +170,13 @@ void CellSampler::add_boxes(int i, int finer, std::vector<Vec3>& out) const {
 /// Nearest first, so that most places outside the cell are told by the first few.
 std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
   std::vector<Near> near;
+  const Sides* sides = sides_of(cloud_);
   const Vec3& x = cloud_.x[i];
   const double d = cloud_.spacing[i];
   visit_within(x, std::min(2 * farthest * d, cloud_.halo_width), [&](int j) {
     const double square = dot(cloud_.x[j] - x, cloud_.x[j] - x);
     const double limit = cloud_.halo_support.radius(0.5 * (d + cloud_.spacing[j]));
-    if (j != i && square <= limit * limit && cloud_.sees(i, j))
+    if (j != i && square <= limit * limit && !(sides && sides->separate(i, j)) && cloud_.sees(i, j))
       near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
   });
   std::ranges::sort(
@@ -166,6 +189,8 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
   const Vec3& x = cloud_.x[i];
   const double d = cloud_.spacing[i];
   const std::vector<Near> near = rivals(i);
+  const bool beside_contact = is_beside_contact(cloud_, i);
+  const double farthest = beside_contact ? farthest_at_contacts : calor::farthest;
 
   WallsOfPoint own;
   for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
@@ -216,6 +241,7 @@ void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
         }
       }
     }
+    if (beside_contact) remove_beyond_contacts(cloud_, i, begin, out);
   }
   if (out.size() == begin) out.push_back(x);
 }
@@ -285,6 +311,7 @@ void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
       if (nearest && !is_beyond) out.push_back(x + away + p);
     }
   }
+  if (is_beside_contact(cloud_, i)) remove_beyond_contacts(cloud_, i, 0, out);
   if (out.empty()) out.push_back(x + away);
 }
 

@@ -1,10 +1,6 @@
 #pragma once
 // Pair weights of bodies with cracks, from the weights of the intact body. Two treatments:
-// - Cracks that insulate from the start are surface. The pairs across are cut. What they carried along the faces is
-//   given back to the pairs that are left, so that heat runs beside the crack as in the rest of the body; what they
-//   carried across becomes the area vectors of the faces, equal and opposite; then the weights are made consistent
-//   again. Without these areas that last step would heal the crack: the remaining pairs would take over what the cut
-//   ones carried.
+// - Cracks that insulate from the start are surface, and cut the pairs across (cut_weights.hpp).
 // - Contacts, and cracks that open while running, act on single pairs, whose weights stay those of the intact body: a
 //   failed pair conducts no more, a contact conducts in series with its pair. Always stable, of first order.
 #include <memory>

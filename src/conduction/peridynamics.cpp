@@ -85,12 +85,12 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   MirroredNeighbours mirrored =
       neighbours_of_body(c, cloud, material.parts(), options.support(), conditions, table.text("insulated") == "even");
   count_pairs(cloud, mirrored.neighbours, report);
+  std::optional<Cloud> copy;
   if (is_paper(table)) {
-    auto G = bond_weights(cloud, mirrored.neighbours, options);
+    auto G = bond_weights(without_cracks(cloud, copy), mirrored.neighbours, options);
     return pair_discretisation(cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers);
   }
   CorrectionReport done;
-  std::optional<Cloud> copy;
   auto G = peridynamic_weights(without_cracks(cloud, copy), mirrored.neighbours, options, done, directions);
   require_sound(cloud, done, directions.in_weights.has_value());
   auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers,

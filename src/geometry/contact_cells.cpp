@@ -1,11 +1,14 @@
 #include "geometry/contact_cells.hpp"
 
 #include <algorithm>
+#include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
+#include "base/parallel.hpp"
+#include "cloud/cracks.hpp"
 #include "cloud/lattice.hpp"
-#include "geometry/parts.hpp"
 
 namespace calor {
 namespace {
@@ -23,14 +26,7 @@ std::vector<double> contact_planes(const Cloud& cloud, const Parts& parts, int a
   return planes;
 }
 
-}  // namespace
-
-void end_cells_at_contacts(const Case& c, Cloud& cloud) {
-  const Table body = c.section("body");
-  if (!cloud.lattice || cloud.axisymmetric || !body.has("along") || !body.list("region").empty()) return;
-  const Parts parts(c, cloud, "");
-  if (!parts.has_contacts()) return;
-  const std::string along = body.text("along");
+void end_cells_at_planes(const Parts& parts, const std::string& along, Cloud& cloud) {
   const int axis = along == "x" ? 0 : along == "y" ? 1 : 2;
   auto lattice = std::make_shared<Lattice>(*cloud.lattice);
   lattice->end_cells_at(axis, contact_planes(cloud, parts, axis));
@@ -47,6 +43,51 @@ void end_cells_at_contacts(const Case& c, Cloud& cloud) {
     if (facet.face / 2 != axis) facet.area *= change(facet.point);
   cloud.lattice = std::move(lattice);
   cloud.box_lattice = false;  // its cells are not alike any more
+}
+
+/// Of two parts: does a contact lie between them, where they meet or where layers between them do?
+std::vector<std::vector<char>> separated_parts(const Parts& parts, int layers) {
+  std::vector<std::vector<char>> separated(parts.count(), std::vector<char>(parts.count()));
+  for (int p = 0; p < parts.count(); ++p)
+    for (int q = p + 1; q < parts.count(); ++q) {
+      bool found = parts.contact(p, q);
+      for (int layer = p; layer < q && q < layers; ++layer) found = found || parts.contact(layer, layer + 1);
+      separated[p][q] = separated[q][p] = found;
+    }
+  return separated;
+}
+
+/// Does a contact run through a cell, not between two of them?
+bool contacts_cut_cells(const Parts& parts, const std::vector<std::vector<char>>& separated, const Cloud& cloud) {
+  constexpr double cut = 1e-6;  // of the cell: below, round-off
+  const std::vector<PlacesOfPart> shares = parts.cell_shares();
+  const std::vector<int> own = parts.at(cloud.x, cloud.tag);
+  bool found = false;
+  for (int p = 0; p < parts.count(); ++p)
+    for (std::size_t n = 0; n < shares[p].place.size(); ++n)
+      found = found || (shares[p].share[n] > cut && separated[p][own[shares[p].place[n]]]);
+  return any(cloud.comm, found);
+}
+
+}  // namespace
+
+void end_cells_at_contacts(const Case& c, Cloud& cloud) {
+  const Table body = c.section("body");
+  const bool has_contact =
+      !body.list("contact").empty() || std::ranges::any_of(std::array{"layer", "region"}, [&](const char* kind) {
+        return std::ranges::any_of(body.list(kind), [](const Table& part) { return part.has("contact"); });
+      });
+  if (!has_contact || cloud.axisymmetric) return;
+  const auto parts = std::make_shared<const Parts>(c, cloud, "");
+  if (cloud.lattice && body.has("along") && body.list("region").empty()) {
+    end_cells_at_planes(*parts, body.text("along"), cloud);
+    return;
+  }
+  const bool are_served = !has_cracks(c) && cloud.has_areas && (!cloud.lattice || cloud.box_lattice);
+  if (!are_served) return;
+  std::vector<std::vector<char>> separated = separated_parts(*parts, static_cast<int>(body.list("layer").size()));
+  if (!cloud.lattice || contacts_cut_cells(*parts, separated, cloud))
+    end_cells_between_points(parts, std::move(separated), cloud);
 }
 
 }  // namespace calor

@@ -21,6 +21,9 @@ constexpr double nearby = 1e-6;
 /// Shares of a cell that are smaller than this are round-off.
 constexpr double shortest = 1e-9;
 
+/// Is it known where every tag begins and ends?
+bool knows_solids(const Cloud& cloud) { return cloud.solids && cloud.solids->exist(); }
+
 /// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked
 /// for.
 std::vector<Vec3> surroundings(int dimension) {
@@ -185,7 +188,7 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
     part[i] = static_cast<int>(std::min<std::ptrdiff_t>(layer, std::ssize(layers_.top) - 1));
   }
   std::vector<int> of_solids;
-  if (cloud_.solids && std::ranges::any_of(regions_, [](const Region& r) { return !r.where; })) {
+  if (knows_solids(cloud_) && std::ranges::any_of(regions_, [](const Region& r) { return !r.where; })) {
     of_solids.resize(x.size());
     cloud_.solids->tags_at(x, of_solids);
     for (std::size_t i = 0; i < x.size(); ++i)
@@ -278,7 +281,7 @@ std::vector<std::vector<double>> Parts::shares_of_cells() const {
     }}));
   // Regions by tag take whole cells where the points alone know of them.
   for (const Region& region : regions_)
-    for (int i = 0; i < cloud_.owned && !region.where && !cloud_.solids; ++i)
+    for (int i = 0; i < cloud_.owned && !region.where && !knows_solids(cloud_); ++i)
       for (int p = 0; p < count() && cloud_.tag[i] == region.tag; ++p) share[p][i] = p == region.part;
   return share;
 }

@@ -18,36 +18,42 @@ Solids::Solid::Solid(Surface s, int tag) : surface(std::move(s)), tree(surface),
   low -= {margin, margin, margin}, high += {margin, margin, margin};
 }
 
-Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface interfaces)
-    : interfaces_(std::move(interfaces)), tree_(interfaces_) {
+Solids::Interfaces::Interfaces(Surface s) : surface(std::move(s)), tree(surface) {}
+
+Solids::Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface interfaces) {
   for (std::size_t n = 0; n < surfaces.size(); ++n)
-    solids_.push_back(std::make_unique<const Solid>(std::move(surfaces[n]), tags[n]));
-  if (!interfaces_.facets.empty()) find_pieces();
+    solids_.push_back(std::make_shared<const Solid>(std::move(surfaces[n]), tags[n]));
+  const auto found = std::make_shared<Interfaces>(std::move(interfaces));
+  if (!found->surface.facets.empty()) find_pieces(*found);
+  interfaces_ = found;
 }
 
-void Solids::find_pieces() {
+void Solids::find_pieces(Interfaces& interfaces) const {
+  const Surface& surface = interfaces.surface;
+  std::vector<int>& piece = interfaces.piece;
+  std::vector<double>& curved_areas = interfaces.curved_areas;
   constexpr double smooth = 0.5236, plane = 1e-6, beside = 1e-4;  // rad; off a cosine of 1; of the facet
-  const std::vector<int> patch = smooth_patches(interfaces_, smooth);
+  const std::vector<int> patch = smooth_patches(surface, smooth);
   std::map<std::array<int, 3>, int> number;
   std::vector<Vec3> first;
   for (int f = 0; f < static_cast<int>(patch.size()); ++f) {
-    const Vec3 area = interfaces_.area(f), x = interfaces_.centroid(f);
+    const Vec3 area = surface.area(f), x = surface.centroid(f);
     const double size = norm(area);
     const Vec3 n = size > 0 ? (1 / size) * area : Vec3{};
-    const double step = beside * (interfaces_.dimension == 2 ? size : std::sqrt(size));
+    const double step = beside * (surface.dimension == 2 ? size : std::sqrt(size));
     const auto [found, is_new] =
         number.try_emplace({patch[f], tag_at(x - step * n), tag_at(x + step * n)}, static_cast<int>(first.size()));
-    piece_.push_back(found->second);
-    if (is_new) first.push_back(n), curved_areas_.push_back(0);
+    piece.push_back(found->second);
+    if (is_new) first.push_back(n), curved_areas.push_back(0);
   }
   std::vector<char> is_curved(first.size());
   for (std::size_t f = 0; f < patch.size(); ++f) {
-    const Vec3 area = interfaces_.area(static_cast<int>(f));
-    curved_areas_[piece_[f]] += norm(area);
-    if (dot(area, first[piece_[f]]) < (1 - plane) * norm(area)) is_curved[piece_[f]] = 1;
+    const Vec3 area = surface.area(static_cast<int>(f));
+    curved_areas[piece[f]] += norm(area);
+    if (dot(area, first[piece[f]]) < (1 - plane) * norm(area)) is_curved[piece[f]] = 1;
   }
   for (std::size_t p = 0; p < first.size(); ++p)
-    if (!is_curved[p]) curved_areas_[p] = 0;
+    if (!is_curved[p]) curved_areas[p] = 0;
 }
 
 Solids::Found Solids::find(const Vec3& x) const {
@@ -64,10 +70,11 @@ Solids::Found Solids::find(const Vec3& x) const {
 }
 
 std::optional<Solids::Interface> Solids::interface_at(const Vec3& x, double bound) const {
-  const auto near = tree_.closest(x, bound);
+  if (!interfaces_) return std::nullopt;
+  const auto near = interfaces_->tree.closest(x, bound);
   if (!near) return std::nullopt;
-  const Vec3 area = interfaces_.area(near->facet);
-  return Interface{piece_[near->facet], (1 / norm(area)) * area};
+  const Vec3 area = interfaces_->surface.area(near->facet);
+  return Interface{interfaces_->piece[near->facet], (1 / norm(area)) * area};
 }
 
 int Solids::tag_at(const Vec3& x) const {

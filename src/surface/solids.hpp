@@ -1,10 +1,13 @@
 #pragma once
-// The solids that a body is made of: which of them holds a place.
+// The solids that a body is made of: which of them holds a place. And the contacts that separate its parts, solids or
+// not.
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "surface/sides.hpp"
 #include "surface/surface.hpp"
 #include "surface/surface_tree.hpp"
 
@@ -12,8 +15,15 @@ namespace calor {
 
 class Solids {
  public:
+  /// None: the points alone know.
+  Solids() = default;
   /// Closed surfaces, facets outward, that do not overlap, the tag of each, and the facets where two of them meet.
   Solids(std::vector<Surface> surfaces, std::vector<int> tags, Surface interfaces);
+
+  bool exist() const { return !solids_.empty(); }
+  /// The contacts that end cells; null: there are none.
+  const Sides* sides() const { return sides_.get(); }
+  void set_sides(Sides sides) { sides_ = std::make_shared<const Sides>(std::move(sides)); }
 
   /// Tag of the solid that holds the place; of those that meet there the first one. -1: it lies outside.
   int tag_at(const Vec3& x) const;
@@ -27,7 +37,9 @@ class Solids {
   /// Next to the place, none where it is farther than `bound` (m).
   std::optional<Interface> interface_at(const Vec3& x, double bound) const;
   /// Areas of the pieces that are curved, 0 for the plane ones, m^(dimension - 1).
-  std::span<const double> curved_areas() const { return curved_areas_; }
+  std::span<const double> curved_areas() const {
+    return interfaces_ ? std::span<const double>(interfaces_->curved_areas) : std::span<const double>();
+  }
 
  private:
   struct Solid {
@@ -44,14 +56,20 @@ class Solids {
     int solid;
     bool is_inside;
   };
-  Found find(const Vec3& x) const;
-  void find_pieces();
+  struct Interfaces {
+    Surface surface;
+    SurfaceTree tree;
+    std::vector<int> piece;  // of every facet
+    std::vector<double> curved_areas;
 
-  std::vector<std::unique_ptr<const Solid>> solids_;
-  Surface interfaces_;
-  SurfaceTree tree_;        // of the interfaces
-  std::vector<int> piece_;  // of every one of their facets
-  std::vector<double> curved_areas_;
+    explicit Interfaces(Surface s);
+  };
+  Found find(const Vec3& x) const;
+  void find_pieces(Interfaces& interfaces) const;
+
+  std::vector<std::shared_ptr<const Solid>> solids_;
+  std::shared_ptr<const Interfaces> interfaces_;
+  std::shared_ptr<const Sides> sides_;
 };
 
 }  // namespace calor

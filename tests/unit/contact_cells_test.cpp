@@ -1,4 +1,4 @@
-// Lattices of layers whose cells end at the contacts between them.
+// Cells that end at contacts between parts: boxes in lattices of layers, elsewhere what is nearest on the same side.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -13,9 +13,9 @@
 namespace calor {
 namespace {
 
-std::string square(const std::string& method, const std::string& at, int points, double plane,
-                   const std::string& rest) {
-  return box_case({"1 m", "1 m"}, {points, points}, method) + fmt::format("at = \"{}\"\n", at) +
+std::string square(const std::string& method, const std::string& at, int points, double plane, const std::string& rest,
+                   const std::string& jitter = "") {
+  return box_case({"1 m", "1 m"}, {points, points}, method) + fmt::format("at = \"{}\"\n{}", at, jitter) +
          simple_material({.name = "a", .k = "1"}) + simple_material({.name = "b", .k = "1"}) +
          fmt::format(
              "[body]\nalong = \"y\"\n[[body.layer]]\nmaterial = \"a\"\nthickness = \"{} m\"\n"
@@ -40,7 +40,7 @@ double rms_error(const std::string& text, const Exact& exact, MPI_Comm comm = MP
 /// Both sides conduct cos(2x) times sinh and cosh of 2(y - plane); the temperature jumps by the flux over 4 W/(m^2 K).
 /// Points on the contact belong to the lower side.
 double error_of_jump(const std::string& method, const std::string& at, int points, double plane,
-                     MPI_Comm comm = MPI_COMM_SELF) {
+                     MPI_Comm comm = MPI_COMM_SELF, const std::string& jitter = "") {
   constexpr double below = 0.3, above = 1, slope = 4 * (above - below) / 2;
   const std::string formula =
       fmt::format("300 + cos(2*x)*((y < {0} + 1e-9 ? {1} : {2})*cosh(2*(y-{0})) + {3}*sinh(2*(y-{0})))", plane, below,
@@ -50,7 +50,7 @@ double error_of_jump(const std::string& method, const std::string& at, int point
       "}}\n",
       formula);
   return rms_error(
-      square(method, at, points, plane, edge),
+      square(method, at, points, plane, edge, jitter),
       [=](const Vec3& x) {
         const double y = 2 * (x.y - plane);
         return 300 + std::cos(2 * x.x) * ((y < 2e-9 ? below : above) * std::cosh(y) + slope * std::sinh(y));
@@ -69,6 +69,57 @@ TEST(ContactCells, MakeContactsOfSecondOrderWhereverTheyLieInTheCells) {
         EXPECT_GE(std::log2(error[0] / error[2]) / 2, 1.6) << method << " " << off << " " << cells;
       }
     }
+  }
+}
+
+TEST(ContactCells, MakeContactsOfSecondOrderOnJitteredClouds) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    double coarse = 0, fine = 0;
+    for (const char* jitter : {"jitter = 0.2\nseed = 1\n", "jitter = 0.2\nseed = 2\n", "jitter = 0.2\nseed = 3\n"}) {
+      coarse += error_of_jump(method, "walls", 10, 0.5, MPI_COMM_SELF, jitter) / 3;
+      fine += error_of_jump(method, "walls", 28, 0.5, MPI_COMM_SELF, jitter) / 3;
+    }
+    EXPECT_GE(std::log(coarse / fine) / std::log(3), 1.7) << method;
+    EXPECT_LE(fine, 1e-3) << method;
+  }
+}
+
+/// A round region of 5 W/(m K) with 4 W/m^3 in it or everywhere, in a square of 1 W/(m K) with the exact temperatures
+/// on its walls: T = -r^2 or -2 R^2 log r outside, a jump of 2 R / h, and from there (R^2 - r^2)/5 inside.
+double error_of_round_region(const std::string& method, int points, bool heated_alone, MPI_Comm comm = MPI_COMM_SELF) {
+  constexpr double R = 0.52, h = 2;
+  const auto outside = [=](double square) { return heated_alone ? -R * R * std::log(square) : -square; };
+  const std::string formula = heated_alone ? fmt::format("300 - {}*log(x^2 + y^2)", R * R) : "300 - x^2 - y^2";
+  const std::string region = fmt::format("x^2 + y^2 < {}", R * R);
+  const std::string text =
+      box_case({"2 m", "2 m"}, {points, points}, method) + "origin = [\"-1 m\", \"-1 m\"]\n" +
+      simple_material({.name = "square", .k = "1"}) + simple_material({.name = "core", .k = "5"}) +
+      fmt::format(
+          "[body]\nmaterial = \"square\"\n[[body.region]]\nmaterial = \"core\"\nwhere = \"{}\"\n"
+          "contact = \"{} W/(m^2 K)\"\n",
+          region, h) +
+      fmt::format("[source.heater]\npower_density = {{ formula = \"{}\", unit = \"W/m^3\" }}\n",
+                  heated_alone ? region + " ? 4 : 0" : "4") +
+      fmt::format(
+          "[boundary.edge]\non = [\"xmin\", \"xmax\", \"ymin\", \"ymax\"]\ntemperature = {{ formula = "
+          "\"{}\", unit = \"K\" }}\n[steady]\n",
+          formula);
+  return rms_error(
+      text,
+      [=](const Vec3& x) {
+        const double square = dot(x, x);
+        return 300 + (square < R * R ? outside(R * R) + 2 * R / h + (R * R - square) / 5 : outside(square));
+      },
+      comm);
+}
+
+TEST(ContactCells, MakeContactsAroundRoundRegionsOfSecondOrder) {
+  for (const bool heated_alone : {false, true}) {  // mlpg takes the weights of sph here
+    const std::string method = heated_alone ? "sph" : "peridynamics";
+    const double coarse = error_of_round_region(method, 21, heated_alone);
+    const double fine = error_of_round_region(method, 41, heated_alone);
+    EXPECT_GE(std::log2(coarse / fine), 1.7) << method;
+    EXPECT_LE(fine, 2e-3) << method;
   }
 }
 
@@ -110,6 +161,9 @@ TEST(ContactCells, EndTheCellsOfPointsBesideThem) {
 }
 
 TEST(ContactCellsParallel, AreTheSameOnAnyNumberOfRanks) {
+  EXPECT_NEAR(error_of_round_region("sph", 13, true, MPI_COMM_WORLD), error_of_round_region("sph", 13, true), 1e-8);
+  EXPECT_NEAR(error_of_jump("sph", "walls", 12, 0.5, MPI_COMM_WORLD, "jitter = 0.2\n"),
+              error_of_jump("sph", "walls", 12, 0.5, MPI_COMM_SELF, "jitter = 0.2\n"), 1e-8);
   for (const char* at : {"cells", "walls"})
     EXPECT_NEAR(error_of_jump("peridynamics", at, 12, 0.53, MPI_COMM_WORLD),
                 error_of_jump("peridynamics", at, 12, 0.53), 1e-8);
