@@ -62,7 +62,7 @@ dimensions, on one processor or many. A case is a text file with units.")
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME libcalor-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS
-    "libpetsc-real-dev, libopenmpi-dev, libhdf5-mpi-dev, libmuparser-dev, libudunits2-dev, libfmt-dev, libspdlog-dev, zlib1g-dev, pkg-config")
+    "libpetsc-real-dev, libopenmpi-dev, libhdf5-mpi-dev, libmuparser-dev, libudunits2-dev, libfmt-dev, libspdlog-dev, libxxhash-dev, zlib1g-dev, pkg-config")
 set(CPACK_DEBIAN_DEV_DESCRIPTION "meshless heat conduction (library)
 The library that the command calor is made of, with its headers and the CMake
 package calor, for programs that compute temperatures themselves or add

@@ -25,6 +25,7 @@ class Calor(CMakePackage):
     depends_on("udunits")
     depends_on("fmt")
     depends_on("spdlog +fmt_external")
+    depends_on("xxhash")
     depends_on("zlib-api")
     depends_on("eigen@3.4:", type="build")
     depends_on("cli11", type="build")

@@ -7,6 +7,7 @@
 #include <limits>
 #include <optional>
 
+#include "base/cache.hpp"
 #include "base/parallel.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
@@ -196,6 +197,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
       throw Error(e.fault(), e.location(), e.problem(), e.cure() + "; " + remarks.front());
     }
   });
+  if (m.cloud->cache) std::ranges::copy(m.cloud->cache->notes(), std::back_inserter(m.notes));
   discretisation.weights_are_positive =
       m.weights.contains("negative_weights") && number(m.weights, "negative_weights") == 0;
   std::ranges::copy(discretisation.notes, std::back_inserter(m.notes));

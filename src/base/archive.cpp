@@ -2,7 +2,6 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <array>
@@ -17,6 +16,7 @@
 #include <tuple>
 
 #include "base/error.hpp"
+#include "base/file.hpp"
 #include "base/parallel.hpp"
 
 namespace calor {
@@ -61,58 +61,6 @@ std::uint64_t add_up(MPI_Comm comm, std::uint64_t mine) {
   calor::add_up(comm, halves);
   return (static_cast<std::uint64_t>(halves[0]) << 32) + static_cast<std::uint64_t>(halves[1]);
 }
-
-[[noreturn]] void refuse_file(const std::string& path, int error) {
-  throw Error(Fault::file, SourceLocation{.file = path}, std::strerror(error), "look for room and rights");
-}
-
-class File {
- public:
-  File(const std::string& path, int flags) : path_(path), descriptor_(open(path.c_str(), flags | O_CLOEXEC, 0666)) {
-    if (descriptor_ < 0) refuse();
-  }
-  ~File() {
-    if (descriptor_ >= 0) close(descriptor_);
-  }
-  File(const File&) = delete;
-  File& operator=(const File&) = delete;
-
-  void write(const void* bytes, std::size_t count, std::int64_t offset) const {
-    for (const char* from = static_cast<const char*>(bytes); count > 0;) {
-      const ssize_t done = pwrite(descriptor_, from, count, offset);
-      if (done < 0 && errno == EINTR) continue;
-      if (done <= 0) refuse();
-      from += done, offset += done, count -= done;
-    }
-  }
-  /// Returns how much there was.
-  std::size_t read(void* bytes, std::size_t count, std::int64_t offset) const {
-    std::size_t all = 0;
-    for (char* to = static_cast<char*>(bytes); count > 0;) {
-      const ssize_t done = pread(descriptor_, to, count, offset);
-      if (done < 0 && errno == EINTR) continue;
-      if (done < 0) refuse();
-      if (done == 0) break;
-      to += done, offset += done, count -= done, all += done;
-    }
-    return all;
-  }
-  std::int64_t size() const { return lseek(descriptor_, 0, SEEK_END); }
-  /// Waits until it is on the disk.
-  void sync() const {
-    if (fsync(descriptor_) != 0) refuse();
-  }
-  void finish() {
-    sync();
-    if (close(std::exchange(descriptor_, -1)) != 0) refuse();
-  }
-
- private:
-  [[noreturn]] void refuse() const { refuse_file(path_, errno); }
-
-  std::string path_;
-  int descriptor_;
-};
 
 std::string numbers_text(std::span<const double> values) {
   std::string text;

@@ -5,8 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <span>
+#include <tuple>
 #include <utility>
 
+#include "base/cache.hpp"
 #include "cloud/body_measures.hpp"
 #include "cloud/shapes.hpp"
 
@@ -35,12 +38,48 @@ std::vector<std::string> note_on_thin_walls(const Body& body, const MeasuredPoin
                   count, on_surface, place.x, place.y, place.z)};
 }
 
+/// All that volumes and areas follow from.
+Fingerprint fingerprint(const Body& body, const BodyPoints& points, const std::vector<Box>& boxes) {
+  const Surface& facets = body.facets();
+  Fingerprint from;
+  from.add(facets.dimension).add(facets.vertices).add(facets.facets).add(body.surface().facets.size());
+  for (const Box& box : boxes) from.add(std::span(&box.low, 1)).add(box.size).add(box.is_cut);
+  for (int i = 0; i < points.grid.count(); ++i) {
+    from.add(std::span(&points.grid.x(i), 1)).add(points.grid.spacing(i));
+    if (i >= points.on_surface()) continue;
+    for (const BodyPoints::OnPatch& on : points.on[i]) from.add(on.patch).add(std::span(&on.normal, 1));
+  }
+  from.add(points.is_lattice);
+  return from;
+}
+
+/// Volumes and areas from the cache.
+std::pair<std::vector<double>, std::vector<PatchShare>> kept_measures(MPI_Comm comm, const Body& body,
+                                                                      const BodyPoints& points,
+                                                                      const std::vector<Box>& boxes, Cache& cache) {
+  std::vector<double> volume, areas;  // point, patch, area and vector of every share
+  cache.get(comm, "volumes", Cache::Owner::all, fingerprint(body, points, boxes), {&volume, &areas}, [&] {
+    volume = body_volumes(body, points, boxes);
+    for (const auto& [point, patch, area, vector] : body_areas(body, points))
+      areas.insert(areas.end(),
+                   {static_cast<double>(point), static_cast<double>(patch), area, vector.x, vector.y, vector.z});
+  });
+  std::vector<PatchShare> shares;
+  for (auto s = areas.begin(); s != areas.end(); s += 6)
+    shares.push_back({static_cast<int>(s[0]), static_cast<int>(s[1]), s[2], {s[3], s[4], s[5]}});
+  return {std::move(volume), std::move(shares)};
+}
+
 }  // namespace
 
-MeasuredPoints measured(const Body& body, const BodyPoints& points, const std::vector<Box>& boxes,
-                        const std::string& cure) {
+MeasuredPoints measured(MPI_Comm comm, const Body& body, const BodyPoints& points, const std::vector<Box>& boxes,
+                        const std::string& cure, Cache* cache) {
   MeasuredPoints out;
-  out.volume = body_volumes(body, points, boxes);
+  std::vector<PatchShare> shares;
+  if (cache)
+    std::tie(out.volume, shares) = kept_measures(comm, body, points, boxes, *cache);
+  else
+    out.volume = body_volumes(body, points, boxes), shares = body_areas(body, points);
   for (int i = 0; i < points.grid.count(); ++i) {
     const Vec3 x = points.grid.x(i);
     const double d = points.grid.spacing(i);
@@ -55,7 +94,7 @@ MeasuredPoints measured(const Body& body, const BodyPoints& points, const std::v
   std::vector<int> face(body.features().count);
   for (std::size_t f = 0; f < body.surface().facets.size(); ++f)
     face[body.features().patch[f]] = body.surface().facets[f].face;
-  for (const PatchShare& s : body_areas(body, points)) out.pieces.push_back({s.point, face[s.patch], s.area, s.vector});
+  for (const PatchShare& s : shares) out.pieces.push_back({s.point, face[s.patch], s.area, s.vector});
   out.id.resize(out.x.size());
   std::iota(out.id.begin(), out.id.end(), 0);
   return out;
@@ -88,7 +127,8 @@ Points slice_of(MPI_Comm comm, const MeasuredPoints& all, std::shared_ptr<const 
 Points make_body(MPI_Comm comm, Assembly assembly, const SpacingField& spacing, std::uint64_t seed, double section) {
   const auto body = std::make_shared<const Body>(std::move(assembly));
   const std::vector<Box> boxes = cover(*body, spacing);
-  return slice_of(comm, measured(*body, make_points(*body, spacing, boxes, seed), boxes, "take a smaller spacing"),
+  return slice_of(comm,
+                  measured(comm, *body, make_points(*body, spacing, boxes, seed), boxes, "take a smaller spacing"),
                   body, section);
 }
 

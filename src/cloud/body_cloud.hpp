@@ -12,6 +12,8 @@
 
 namespace calor {
 
+class Cache;
+
 /// All points of a body, the same on every rank.
 struct MeasuredPoints {
   /// A piece of a wall.
@@ -27,9 +29,10 @@ struct MeasuredPoints {
   std::vector<std::int64_t> id;         ///< numbers of the points, 0 .. count-1 in any order
 };
 
-/// Volumes and areas of the points. Throws Error(bad_case) with this cure where one has nothing of the body.
-MeasuredPoints measured(const Body& body, const BodyPoints& points, const std::vector<Box>& boxes,
-                        const std::string& cure);
+/// Volumes and areas of the points, the same on all ranks, kept in `cache` if there is one. Throws Error(bad_case) with
+/// this cure where one has nothing of the body. Collective.
+MeasuredPoints measured(MPI_Comm comm, const Body& body, const BodyPoints& points, const std::vector<Box>& boxes,
+                        const std::string& cure, Cache* cache = nullptr);
 
 /// The slice of this rank.
 Points slice_of(MPI_Comm comm, const MeasuredPoints& all, std::shared_ptr<const Body> body, double section);

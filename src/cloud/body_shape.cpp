@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "base/cache.hpp"
 #include "base/function.hpp"
 #include "base/parallel.hpp"
 #include "cloud/body_cloud.hpp"
@@ -203,26 +204,27 @@ std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, d
 
 constexpr const char* finer = "take a smaller spacing, or finer points there by [[cloud.near]]";
 
-MeasuredPoints made_points(const Body& body, const SpacingField& spacing, std::uint64_t seed) {
+MeasuredPoints made_points(MPI_Comm comm, const Body& body, const SpacingField& spacing, std::uint64_t seed,
+                           Cache* cache) {
   const std::vector<Box> boxes = cover(body, spacing);
-  return measured(body, make_points(body, spacing, boxes, seed), boxes, finer);
+  return measured(comm, body, make_points(body, spacing, boxes, seed), boxes, finer, cache);
 }
 
-MeasuredPoints symmetric_points(const Body& body, const Symmetry& symmetry, const SpacingField& spacing,
-                                std::uint64_t seed) {
+MeasuredPoints symmetric_points(MPI_Comm comm, const Body& body, const Symmetry& symmetry, const SpacingField& spacing,
+                                std::uint64_t seed, Cache* cache) {
   const Body half(assemble(symmetry.halves));
   const std::vector<std::string>&faces = half.surface().faces, &of_body = body.surface().faces;
   const auto cut = static_cast<int>(std::ranges::find(faces, cut_face) - faces.begin());
-  MeasuredPoints out = with_images(made_points(half, spacing, seed), symmetry.plane, cut);
+  MeasuredPoints out = with_images(made_points(comm, half, spacing, seed, cache), symmetry.plane, cut);
   for (MeasuredPoints::Piece& piece : out.pieces)
     piece.face = static_cast<int>(std::ranges::find(of_body, faces[piece.face]) - of_body.begin());
   return out;
 }
 
-MeasuredPoints given_points(const Body& body, const GivenPoints& given) {
+MeasuredPoints given_points(MPI_Comm comm, const Body& body, const GivenPoints& given, Cache* cache) {
   PlacedPoints placed = place_given(body, given);
-  MeasuredPoints out = measured(body, placed.points, cover(body, spacing_of_nearest(placed.points)),
-                                "leave this point out, or give it more room");
+  MeasuredPoints out = measured(comm, body, placed.points, cover(body, spacing_of_nearest(placed.points)),
+                                "leave this point out, or give it more room", cache);
   out.id = std::move(placed.id);
   return out;
 }
@@ -259,14 +261,16 @@ Points body_from(MPI_Comm comm, const Table& cloud) {
   interfaces.facets.erase(interfaces.facets.begin(), interfaces.facets.begin() + assembly.walls);
   const auto body = std::make_shared<const Body>(std::move(assembly));
   const auto seed = static_cast<std::uint64_t>(cloud.integer("seed"));
+  const std::shared_ptr<Cache> cache = cache_of(cloud);
   // All ranks make the same points and keep a part of them.
   const MeasuredPoints all = located(cloud.location(given ? "points" : "spacing"), [&] {
-    return given      ? given_points(*body, *given)
-           : symmetry ? symmetric_points(*body, *symmetry, spacing, seed)
-                      : made_points(*body, spacing, seed);
+    return given      ? given_points(comm, *body, *given, cache.get())
+           : symmetry ? symmetric_points(comm, *body, *symmetry, spacing, seed, cache.get())
+                      : made_points(comm, *body, spacing, seed, cache.get());
   });
   Points out = slice_of(comm, all, body, section);
   std::ranges::move(notes, std::back_inserter(out.notes));
+  if (cache) std::ranges::copy(cache->notes(), std::back_inserter(out.notes));
   add_tags(std::move(parts), std::move(interfaces), out);
   return out;
 }

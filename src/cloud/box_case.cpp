@@ -58,7 +58,7 @@ Points box_from(MPI_Comm comm, const Table& cloud) {
   BoxLattice box;
   if (!cloud.has("size")) {
     read_coordinates(cloud, box);
-    return make_box(comm, box);
+    return lattice_points(comm, box);
   }
   for (const std::string& axis : axes)
     if (cloud.has(axis)) cloud.refuse(axis, "both size and " + axis + " were given", "give one of the two");
@@ -114,7 +114,7 @@ Points box_from(MPI_Comm comm, const Table& cloud) {
   if (box.jitter > 0 && cloud.has("grading"))
     cloud.refuse("jitter", "jitter of a graded lattice", "leave out jitter or grading");
   box.seed = static_cast<std::uint64_t>(cloud.integer("seed"));
-  return make_box(comm, box);
+  return lattice_points(comm, box);
 }
 
 }  // namespace

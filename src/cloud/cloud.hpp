@@ -17,6 +17,7 @@ struct _p_PetscSF;  // NOLINT(bugprone-reserved-identifier): PETSc's name
 
 namespace calor {
 
+class Cache;
 class Lattice;
 class RingLattice;
 class Body;
@@ -109,6 +110,7 @@ struct Cloud {
   bool has_areas = true;        ///< false: a bare CSV without boundary areas
   ExactBody exact;
   std::vector<std::string> notes;  ///< what a user should know of the cloud, the same on all ranks
+  std::shared_ptr<Cache> cache;    ///< where what is made of the cloud at length is kept; null: it is not
   /// Volumes and area vectors of the body before cracks, which end cells: weights are made for the whole body first and
   /// cut then. Null: there are no such cracks.
   struct Measures {

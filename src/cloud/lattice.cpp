@@ -163,7 +163,7 @@ Vec3 hashed_uniform(std::uint64_t seed, std::uint64_t counter) {
   return {uniform(h & low_bits), uniform(h >> 21 & low_bits), uniform(h >> 43)};
 }
 
-Points make_box(MPI_Comm comm, const BoxLattice& asked) {
+Points lattice_points(MPI_Comm comm, const BoxLattice& asked) {
   const Lattice lattice(asked);
   const BoxLattice& box = lattice.box();
   const int D = box.dimension;
@@ -186,9 +186,7 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
   out.box_lattice = box.jitter == 0 && !lattice.graded() && most - least <= 1e-9 * most;
 
   const Slice mine = slice(comm, lattice.count());
-  std::vector<double> volume;
-  if (box.jitter > 0) volume = nearest_point_volumes(lattice, mine);
-  if (box.jitter > 0 && box.on_walls) out.jittered = std::make_shared<const Lattice>(lattice);
+  if (box.jitter > 0) out.jittered = std::make_shared<const Lattice>(lattice);
   out.points.reserve(mine.end - mine.begin);
   LatticeIndex i = lattice.index(mine.begin);
   for (std::int64_t id = mine.begin; id < mine.end; ++id) {
@@ -200,7 +198,6 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
       metric[a] = lattice.spacing(a, i[a]);
       spacing = std::max(spacing, metric[a]);
     }
-    if (!volume.empty()) v = box.section * volume[id - mine.begin];
     out.points.push_back(
         {.id = id, .x = lattice.position(i), .volume = v, .full_volume = full, .spacing = spacing, .metric = metric});
     for (int a = 0; a < D; ++a) {
@@ -211,6 +208,18 @@ Points make_box(MPI_Comm comm, const BoxLattice& asked) {
     for (int a = 0; a < 3 && ++i[a] == box.points[a]; ++a) i[a] = 0;
   }
   return out;
+}
+
+Points make_box(MPI_Comm comm, const BoxLattice& box) {
+  Points points = lattice_points(comm, box);
+  if (points.jittered)
+    set_volumes(points, nearest_point_volumes(*points.jittered, slice(comm, points.jittered->count())));
+  return points;
+}
+
+void set_volumes(Points& points, std::span<const double> volume) {
+  for (std::size_t n = 0; n < volume.size(); ++n) points.points[n].volume = points.section * volume[n];
+  points.jittered = nullptr;
 }
 
 }  // namespace calor

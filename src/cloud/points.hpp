@@ -50,7 +50,7 @@ struct Points {
   std::vector<double> walls;                       ///< of a box, see Cloud
   std::shared_ptr<const Body> body = nullptr;      ///< see Cloud
   std::shared_ptr<const Solids> solids = nullptr;  ///< see Cloud
-  /// Of jittered points on walls: whose volumes may be made exact for linear functions, too.
+  /// Of points of a jittered lattice whose volumes are still to be set.
   std::shared_ptr<const Lattice> jittered = nullptr;
   bool box_lattice = false, nearest_volumes = true, points_on_walls = true, has_areas = true;
   /// Spacings are estimates, which settle_spacings improves; without `knows_walls` it is not known either whether the

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 
+#include "base/cache.hpp"
 #include "base/parallel.hpp"
 #include "cloud/lattice.hpp"
 
@@ -82,10 +83,28 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
 
 namespace {
 
-void use_linearly_exact_volumes(MPI_Comm comm, Points& points) {
+/// Volumes of a jittered lattice: weights of a quadrature, or those of the nearest points.
+void set_volumes(MPI_Comm comm, Points& points, bool are_quadrature, Cache* cache) {
   const Lattice& lattice = *points.jittered;
-  const std::vector<double> volume = linearly_exact_volumes(lattice, slice(comm, lattice.count()));
-  for (std::size_t n = 0; n < volume.size(); ++n) points.points[n].volume = points.section * volume[n];
+  const Slice mine = slice(comm, lattice.count());
+  std::vector<double> volume;
+  const auto make = [&] {
+    volume = are_quadrature ? linearly_exact_volumes(lattice, mine) : nearest_point_volumes(lattice, mine);
+  };
+  if (cache) {
+    const BoxLattice& box = lattice.box();
+    Fingerprint from;
+    from.add(are_quadrature)
+        .add(box.dimension)
+        .add(std::span<const double>(box.size))
+        .add(std::span<const std::int64_t>(box.points));
+    from.add(std::span(&box.origin, 1)).add(box.on_walls).add(box.jitter).add(box.seed);
+    from.add(mine.begin).add(mine.end);
+    cache->get(comm, "volumes", Cache::Owner::rank, from, {&volume}, make);
+  } else {
+    make();
+  }
+  set_volumes(points, volume);
 }
 
 /// Has every point on the axis a piece of the cut along it? Without one its cell would go on beyond the axis.
@@ -134,6 +153,10 @@ void require_section(MPI_Comm comm, const Table& table, Points& points) {
 
 }  // namespace
 
+std::shared_ptr<Cache> cache_of(const Table& cloud) {
+  return cloud.flag("keep") ? std::make_shared<Cache>(Cache::users_folder()) : nullptr;
+}
+
 SourceLocation location_of_points(const Table& cloud) {
   if (cloud.has("file")) return cloud.location("file");
   if (cloud.text("shape") == "surface") return cloud.location(cloud.has("points") ? "points" : "spacing");
@@ -154,11 +177,13 @@ Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const bool axisymmetric = table.flag("axisymmetric");
   if (axisymmetric) require_section(comm, table, points);
   // The weights of pairs want volumes that are a quadrature at the points; MLPG balances cells.
-  const bool is_quadrature = points.jittered && c.root().text("method") != "mlpg";
-  if (is_quadrature) use_linearly_exact_volumes(comm, points);
+  const bool is_quadrature = points.jittered && points.points_on_walls && c.root().text("method") != "mlpg";
+  const std::shared_ptr<Cache> cache = cache_of(table);
+  if (points.jittered) set_volumes(comm, points, is_quadrature, cache.get());
   const bool are_cells = !is_quadrature && !points.estimated_spacings && !points.body;
   if (points.estimated_spacings) points = settle_spacings(comm, std::move(points));
   Cloud cloud = distribute(comm, std::move(points), support);
+  cloud.cache = cache;
   if (!axisymmetric) return cloud;
   if (!cloud.points_on_walls && !cloud.lattice)
     table.refuse("axisymmetric", "the points of an axisymmetric cloud that is no lattice have to lie on its walls",
@@ -176,7 +201,12 @@ void declare_cloud(Schema& schema) {
                        {"axisymmetric", Kind::flag, "", "false",
                         "The body is the revolution of a two-dimensional cloud about the y axis: x is the distance "
                         "from the axis, y the height. Areas, powers and energies are those of the whole body; the "
-                        "volumes and areas of a CSV file are those of the plane cloud with a thickness of 1 m."}}});
+                        "volumes and areas of a CSV file are those of the plane cloud with a thickness of 1 m."},
+                       {"keep", Kind::flag, "", "false",
+                        "Keep volumes, areas and weights of pairs, which take long on irregular clouds, for the next "
+                        "run that makes the same cloud: in the folder that CALOR_CACHE in the environment names, or "
+                        "~/.cache/calor, up to 10 GiB. What is kept is found by a hash of all that it follows from, "
+                        "so that results are the same to the last bit; the folder may be deleted at any time."}}});
   for (const CloudShape& shape : cloud_shapes())
     schema.add({.path = "cloud",
                 .sentence = shape.sentence + ".",

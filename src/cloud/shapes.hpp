@@ -5,6 +5,8 @@
 #include <array>
 #include <cstdint>
 #include <functional>
+#include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -14,6 +16,7 @@
 
 namespace calor {
 
+class Cache;
 struct Mesh;
 
 /// A box filled with a lattice, faces "xmin", "xmax", "ymin", ... Ids run along x first, then y, then z.
@@ -32,8 +35,12 @@ struct BoxLattice {
   std::uint64_t seed = 1;
   double section = 1;  ///< thickness (2D, m) or cross-section (1D, m^2)
 };
-/// Collective.
+/// Points of a jittered lattice have the volumes of those that are nearest to them. Collective.
 Points make_box(MPI_Comm comm, const BoxLattice& box);
+/// The same, but volumes of a jittered lattice are still to be set (Points::jittered). Collective.
+Points lattice_points(MPI_Comm comm, const BoxLattice& box);
+/// Those of this rank's points of a jittered lattice, m^dimension.
+void set_volumes(Points& points, std::span<const double> volume);
 
 enum class Sector { full, half, quarter };
 
@@ -84,6 +91,8 @@ struct CloudShape {
 };
 Registry<CloudShape>& cloud_shapes();
 
+/// Where what this cloud is made of at length is kept; null where the case does not ask for it.
+std::shared_ptr<Cache> cache_of(const Table& cloud);
 /// Where the case says what its points are: whoever finds fault with them points there.
 SourceLocation location_of_points(const Table& cloud);
 /// Thickness (2D) or cross-section (1D) of the table, 1 in 3D; refuses a key that the dimension does not have.

@@ -7,10 +7,12 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "base/error.hpp"
 #include "base/parallel.hpp"
+#include "conduction/fingerprint.hpp"
 
 namespace calor {
 
@@ -109,6 +111,22 @@ double rounding_of_places(const Cloud& cloud) {
   }
   constexpr double few = 16;  // of the pairs of a point
   return few * std::numeric_limits<double>::epsilon() * max(cloud.comm, farthest) / min(cloud.comm, least);
+}
+
+/// Weights and what the report says of them, from the cloud's cache or by `correct`; `from`: all that they follow from.
+void keep_weights(const Cloud& cloud, const Fingerprint& from, std::vector<double>& g, CorrectionReport& report,
+                  const std::function<void()>& correct) {
+  const auto entries =
+      std::tie(report.moment_iterations, report.lambda_solves, report.lambda_iterations, report.residual, report.change,
+               report.negative, report.most_negative, report.negative_share, report.moment_error);
+  std::vector<double> numbers;
+  cloud.cache->get(cloud.comm, "weights", Cache::Owner::rank, from, {&g, &numbers}, [&] {
+    correct();
+    std::apply([&](const auto&... entry) { numbers = {static_cast<double>(entry)...}; }, entries);
+  });
+  auto number = numbers.begin();
+  const auto take = [&]<class Number>(Number& entry) { entry = static_cast<Number>(*number++); };
+  std::apply([&](auto&... entry) { (take(entry), ...); }, entries);
 }
 
 }  // namespace
@@ -214,12 +232,22 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
     }
   }
 
-  std::vector<double> g = base_weights();
-  if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
-  scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
-  report.moment_iterations = fit_moments(cloud, neighbours, g);
-  enforce_with_positive_weights(cloud, neighbours, g, report, solves);
-  measure(cloud, neighbours, g, report);
+  std::vector<double> g;
+  const auto correct = [&] {
+    g = base_weights();
+    if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
+    scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
+    report.moment_iterations = fit_moments(cloud, neighbours, g);
+    enforce_with_positive_weights(cloud, neighbours, g, report, solves);
+    measure(cloud, neighbours, g, report);
+  };
+  if (!cloud.cache) {
+    correct();
+    return g;
+  }
+  Fingerprint from = fingerprint(cloud, neighbours);
+  from.add(solves).add(base_weights());
+  keep_weights(cloud, from, g, report, correct);
   return g;
 }
 

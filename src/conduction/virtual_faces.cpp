@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <utility>
 
 #include "base/error.hpp"
@@ -11,6 +12,7 @@
 #include "cloud/components.hpp"
 #include "conduction/correction.hpp"
 #include "conduction/faces.hpp"
+#include "conduction/fingerprint.hpp"
 #include "conduction/linear_algebra.hpp"
 #include "conduction/sph.hpp"
 
@@ -284,6 +286,21 @@ void measure(const Cloud& cloud, const Neighbours& neighbours, std::span<const V
   report.moment_error = std::sqrt(sum(cloud.comm, squares) / static_cast<double>(cloud.count));
 }
 
+/// Area vectors and iterations from the cloud's cache, or by `solve`; `from`: all that they follow from.
+void keep_areas(const Cloud& cloud, const Fingerprint& from, std::vector<Vec3>& area, FaceReport& report,
+                const std::function<void()>& solve) {
+  std::vector<double> components, iterations;
+  cloud.cache->get(cloud.comm, "faces", Cache::Owner::rank, from, {&components, &iterations}, [&] {
+    solve();
+    components.clear();
+    for (const Vec3& a : area) components.insert(components.end(), {a.x, a.y, a.z});
+    iterations = {static_cast<double>(report.iterations)};
+  });
+  area.clear();
+  for (auto c = components.begin(); c != components.end(); c += 3) area.push_back({c[0], c[1], c[2]});
+  report.iterations = static_cast<int>(iterations[0]);
+}
+
 }  // namespace
 
 double virtual_face_support() { return sph_support(smoothing); }
@@ -296,10 +313,17 @@ Faces virtual_faces(const Cloud& cloud, FaceReport& report) {
   report.pairs = total(cloud.comm, static_cast<std::int64_t>(neighbours.column.size()));
   const std::vector<double> w = kernel_moments(cloud, neighbours);
 
-  AreaVectors vectors(cloud, neighbours, w);
-  vectors.fit();
-  report.iterations = vectors.close(components(cloud, neighbours));
-  const std::vector<Vec3>& area = vectors.values();
+  std::vector<Vec3> area;
+  const auto solve = [&] {
+    AreaVectors vectors(cloud, neighbours, w);
+    vectors.fit();
+    report.iterations = vectors.close(components(cloud, neighbours));
+    area = vectors.values();
+  };
+  if (cloud.cache)
+    keep_areas(cloud, fingerprint(cloud, neighbours).add(w), area, report, solve);
+  else
+    solve();
   measure(cloud, neighbours, area, report);
   constexpr double open = 1e-2;  // a surface that closes but for its digits leaves far less at every cell
   if (!(report.residual <= open))

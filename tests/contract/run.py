@@ -16,6 +16,7 @@ import unittest.mock
 import xml.etree.ElementTree as xml
 
 CALOR = str(pathlib.Path(sys.argv.pop(1)).resolve())
+CASES = pathlib.Path(__file__).resolve().parents[2] / "cases"
 COMPLETION = pathlib.Path(__file__).resolve().parents[2] / "cmake/calor-completion.bash"
 LONG = ["time.integrator=euler", "time.end=1000 h", "output.every=500 h"]  # runs until it is interrupted
 
@@ -465,6 +466,25 @@ class Contract(unittest.TestCase):
                 self.assertIn("calor: ", done.stderr.splitlines()[-1])
         done = subprocess.run([CALOR, "run", "plate.toml"], cwd=self.here, env={}, capture_output=True, text=True)
         self.assertEqual(done.returncode, 0, done.stderr)
+
+    def test_a_cloud_that_is_kept_is_read_by_the_next_run_and_gives_the_same_bits(self):
+        self.calor("new", "plate")
+
+        def run(*words):
+            self.calor("run", "plate.toml", "cloud.points=[11, 6]", "cloud.jitter=0.2", "-o", "there", *words)
+            return re.findall(r"(\w+) read from", (self.here / "there/run.log").read_text()), self.files("there")
+
+        keep = "cloud.keep=true"
+        with unittest.mock.patch.dict(os.environ, CALOR_CACHE=str(self.here / "kept")):
+            for words, kept in ((["method=sph"], ["volumes", "weights"]), (["method=mlpg"], ["volumes", "faces"]),
+                                (["method=sph", "-j", "2"], ["volumes", "weights"])):
+                plain = run(*words)
+                self.assertEqual(run(*words, keep), ([], plain[1]))
+                self.assertEqual(run(*words, keep), (kept, plain[1]))
+            self.assertEqual(run("method=sph", keep, "cloud.seed=2")[0], [])
+            body = [str(CASES / "body/hole.toml"), keep]
+            self.assertNotIn("read from", self.calor("check", *body).stdout)
+            self.assertEqual(re.findall(r"(\w+) read from", self.calor("check", *body).stdout), ["volumes", "weights"])
 
     def test_a_full_disk_and_a_folder_that_is_read_only_are_code_4(self):
         self.calor("new", "plate")
