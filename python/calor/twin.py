@@ -24,6 +24,8 @@ WAVES = (1.7, 1.3, 2.1)    # of the solution over the extents of the body
 PHASES = (0.3, 0.5, 0.4)
 SWING = 0.45               # of the solution, of the temperatures that the case goes through
 IN_TIME = 3e-6             # of that span: what a step may add to the error
+CONDUCTIVITY = {"W/(m K)": 1.0, "kW/(m K)": 1e3, "W/(cm K)": 1e2, "W/(mm K)": 1e3}
+CONDUCTANCE = {"W/(m^2 K)": 1.0, "kW/(m^2 K)": 1e3}
 ROUND_OFF = 1e-10          # of that span
 
 
@@ -41,53 +43,67 @@ class Solution:
         return {"temperature": {"formula": self.whole, "unit": "K"}, **({"part": as_value} if as_value else {})}
 
 
-def layers_of(case: Mapping[str, Any]) -> list[tuple[float, float]]:
-    """Thickness, m, and conductivity of every layer, where all of these are plain numbers of one unit; else nothing."""
-    layers = case.get("body", {}).get("layer", [])
-    found = []
-    units = set()
+@dataclass
+class Layer:
+    thickness: float  # m
+    k: float          # W/(m K)
+    contact: float    # resistance to the layer before it, m^2 K/W
+
+
+def in_si(quantity: Any, units: Mapping[str, float]) -> float:
+    number, unit = quantities.split(quantity)
+    if unit not in units:
+        raise CommandError(f"{quantity}: take one of {', '.join(units)}")
+    return number * units[unit]
+
+
+def layers_of(case: Mapping[str, Any]) -> list[Layer]:
+    """Of a body of several layers and nothing else, whose conductivities and contacts are plain numbers; of others nothing."""
+    body = case.get("body", {})
+    if len(body.get("layer", [])) < 2 or "region" in body or "contact" in body:
+        return []
+    try:
+        return [Layer(quantities.to_si(layer["thickness"], "m"), in_si(case["material"][layer["material"]]["conductivity"], CONDUCTIVITY),
+                      1 / in_si(layer["contact"], CONDUCTANCE) if "contact" in layer else 0.0) for layer in body["layer"]]
+    except (CommandError, KeyError, ZeroDivisionError):
+        return []
+
+
+def waves_across(layers: Sequence[Layer], axis: str, begin: float) -> list[tuple[str, float]]:
+    """Of every layer the wave along the axis and the place, m, of its end. The wave runs over the sum of thickness over
+    conductivity in place of the thickness, so that the flux is the same on both sides where layers meet; contacts add what
+    the temperature jumps by."""
+    resistance = sum(layer.thickness / layer.k + layer.contact for layer in layers)
+    rate, phase, level = WAVES["xyz".index(axis)] / resistance, PHASES["xyz".index(axis)], 0.0
+    waves = []
     for layer in layers:
-        try:
-            k, unit = quantities.split(case["material"][layer["material"]]["conductivity"])
-        except (CommandError, KeyError):
-            return []
-        units.add(unit)
-        found.append((quantities.to_si(layer["thickness"], "m"), k))
-    return found if len(units) == 1 and "region" not in case["body"] else []
+        level -= rate * math.sin(phase) * layer.contact
+        waves.append((f"(cos({rate / layer.k:.12g}*({axis} - {begin:.15g}) + {phase:.12g}) + {level:.12g})", begin + layer.thickness))
+        begin += layer.thickness
+        phase += rate * layer.thickness / layer.k
+    return waves
 
 
 def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
-    """Within the temperatures of a result. `end` of the run, s; 0 of a steady case. Across layers the waves run over the
-    sum of thickness over conductivity in place of the thickness, so that the flux is the same on both sides where they
-    meet."""
+    """Within the temperatures of a result. `end` of the run, s; 0 of a steady case."""
     low, high = (result.report["temperatures"][name]["T"] for name in ("lowest", "highest"))
     span = max(high - low, 1.0)
     fields = result.fields()
     layers = layers_of(case)
-    across = "xyz".index(case["body"]["along"]) if layers else -1
-    if len(layers) < 2:
-        layers = [(1.0, 1.0)]
-    resistance = sum(d / k for d, k in layers)
-    of_layers: list[str] = []
-    planes: list[float] = []
-    passed = 0.0
-    for thickness, k in layers:
-        waves = []
-        for axis in range(fields.dimension):
-            begin, extent = fields.x[:, axis].min(), np.ptp(fields.x[:, axis])
-            rate, phase = WAVES[axis] / extent, PHASES[axis]
-            if axis == across and len(layers) > 1:
-                rate, phase = WAVES[axis] / (resistance * k), phase + WAVES[axis] * passed / resistance
-                begin = planes[-1] if planes else begin
-                planes.append(begin + thickness)
-            waves.append(f"cos({rate:.12g}*{'xyz'[axis]} + {phase - rate * begin:.12g})")
-        passed += thickness / k
-        in_time = f"*(1 + 0.4*sin({3 / end:.12g}*t))/1.4" if end else ""
-        of_layers.append(f"{(low + high) / 2:.9g} + {SWING * span:.9g}*{'*'.join(waves)}{in_time}")
-    whole = of_layers[-1]
-    for formula, plane in zip(of_layers[-2::-1], planes[-2::-1]):
-        whole = f"{'xyz'[across]} < {plane:.15g} ? {formula} : ({whole})"
-    return Solution(whole, of_layers if len(of_layers) > 1 else [], span)
+    across = case["body"]["along"] if layers else ""
+    waves, of_layers = [], [("", math.inf)]
+    for n, axis in enumerate("xyz"[:fields.dimension]):
+        begin, extent = fields.x[:, n].min(), np.ptp(fields.x[:, n])
+        if axis == across:
+            of_layers = waves_across(layers, axis, begin)
+        else:
+            waves.append(f"cos({WAVES[n] / extent:.9g}*{axis} + {PHASES[n] - WAVES[n] / extent * begin:.9g})")
+    in_time = [f"(1 + 0.4*sin({3 / end:.9g}*t))/1.4"] if end else []
+    formulas = [f"{(low + high) / 2:.9g} + " + "*".join([f"{SWING * span:.9g}", *([wave] if wave else []), *waves, *in_time]) for wave, _ in of_layers]
+    whole = formulas[-1]
+    for formula, (_, plane) in zip(formulas[-2::-1], of_layers[-2::-1]):
+        whole = f"{across} <= {plane:.15g} ? {formula} : ({whole})"
+    return Solution(whole, formulas if layers else [], span)
 
 
 @dataclass

@@ -280,7 +280,6 @@ std::unique_ptr<Source> make_twin_source(const Case& c, const Twin& twin, const 
                              given, parts),
                  "give [[twin.part]] a temperature for every part, in the order of [body], with fluxes that agree "
                  "where they meet");
-  if (body.parts().has_contacts()) table.refuse("", "temperatures jump at contacts", "leave 'contact' out");
   if (body.mean() == Mean::harmonic)
     table.refuse("", "the conductivity jumps between layers", "make it smooth, or take [[body.layer]] of one");
   if (!body.is_isotropic()) table.refuse("", "the body conducts differently by direction", "leave 'anisotropy' out");

@@ -603,6 +603,8 @@ class Fits(unittest.TestCase):
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
+        with self.assertRaisesRegex(CalorError, r"wall.toml:\d+: report.json has no 'heat_flow.nothing'; it has .*heat_flow.out"):
+            self.fitted({"fit.data": [FITTED["fit"]["data"][0], {"report": "heat_flow.nothing", "value": "1 W", "noise": "1 W"}]})
 
 
 # A plate of 3 x 2 nodes: a flux q through it from the left, 300 K on the right; the right answer is known where all values are alike.
@@ -707,7 +709,12 @@ class Twins(unittest.TestCase):
         case["material"] = {"m": {"conductivity": "5 W/(m K)"}, "n": {"conductivity": "0.5 W/(m K)"}}
         case["body"] = {"along": "x", "layer": [{"material": "m", "thickness": "55 mm"}, {"material": "n", "thickness": "45 mm"}]}
         pathlib.Path("wall.toml").write_text(toml.write(case))
-        for one in twin.twin("wall.toml", factors=[1, 3, 5]).of_methods:  # the plane stays in the middle of two points
+        touching = twin.twin("wall.toml", factors=[1, 3, 5])  # the plane stays in the middle of two points
+        case["body"]["layer"][1]["contact"] = "20 W/(m^2 K)"
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        apart = twin.twin("wall.toml", factors=[1, 3, 5])
+        self.assertNotEqual(apart.formula, touching.formula)
+        for one in (*touching.of_methods, *apart.of_methods):
             self.assertGreater(one.order, 1.8, one)
         case["material"]["n"]["conductivity"] = {"formula": "0.5 + 1e-5*(T - 300)", "unit": "W/(m K)"}
         pathlib.Path("wall.toml").write_text(toml.write(case))
