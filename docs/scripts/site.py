@@ -79,7 +79,7 @@ def run_notebooks(folder):
 def main():
     calor, folder = sys.argv[1], pathlib.Path(sys.argv[2])
     shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("scripts", "notebooks", "*.in", "Doxyfile"))
+    shutil.copytree(ROOT / "docs", folder / "docs", ignore=shutil.ignore_patterns("scripts", "notebooks", "*.in", "*.dox", "Doxyfile"))
     for source, page in (("README.md", "index.md"), ("CHANGELOG.md", "CHANGELOG.md"), ("CONTRIBUTING.md", "CONTRIBUTING.md"),
                          ("CITATION.cff", "CITATION.cff"), ("bench/README.md", "bench/README.md")):
         (folder / page).parent.mkdir(exist_ok=True)
