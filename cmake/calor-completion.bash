@@ -26,7 +26,7 @@ _calor() {
       cloud) words="-j -o --units" ;;
       certify) words="--budget --methods --refine --twin -j -o" ;;
       fit) words="-j -o" ;;
-      study) words="--sobol -j -o" ;;
+      study) words="--rows --sobol -j -o" ;;
       optimise) words="--picture -o" ;;
       plot) words="section surface lines probes pool balance energy stress film --field --time --plane --format --film --dark --units -o" ;;
       report) words="--units -o" ;;

@@ -66,6 +66,7 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     study.add_argument("values", metavar="key=[values]", nargs="*", help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]")
     study.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
     study.add_argument("-o", "--output", help="folder (default: results/CASE-study)")
+    study.add_argument("--rows", action="store_true", help="the lists are columns of a table: run every row, not every combination")
     study.add_argument("--sobol", action="store_true", help="by which numbers of [study.range] the results vary: Sobol's indices")
     optimise = verbs.add_parser("optimise", help="find the numbers of a case for which a result is best")
     optimise.add_argument("case", metavar="CASE", help="case file with [optimise]")
@@ -120,7 +121,7 @@ def write_study(options: argparse.Namespace) -> None:
         values[key] = value if isinstance(value, list) else [value]
     if options.sobol and values:
         raise CommandError("--sobol takes the ranges of the case alone: leave the values out")
-    done = study.study(options.case, options.output, values=values, j=options.j, say=tell)
+    done = study.study(options.case, options.output, values=values, rows=options.rows, j=options.j, say=tell)
     again = f", {done.reused} of them from before" if done.reused else ""
     failed = sum("failed" in row for row in done.rows)
     if options.sobol:

@@ -37,14 +37,18 @@ def samples(ranges: Mapping[str, Any], count: int, seed: int) -> list[dict[str, 
 
 
 def plan(asked: Mapping[str, Any]) -> list[dict[str, Any]]:
-    """The values of every run: all combinations of `values`, each with all samples of `range`."""
+    """The values of every run: all combinations of `values`, or their rows, each with all samples of `range`."""
     values, ranges = asked.get("values", {}), asked.get("range", {})
     if not values and not ranges:
         raise CommandError("the case has no [study.values] or [study.range], and no key was given: see docs/study.md")
     for key, one in values.items():
         if not isinstance(one, list) or not one:
             raise CommandError(f"the values of '{key}' are no list")
-    combinations = [dict(zip(values, row)) for row in itertools.product(*values.values())]
+    lengths = {key: len(one) for key, one in values.items()}
+    if asked.get("rows") and len(set(lengths.values())) > 1:
+        raise CommandError(f"columns of a table are equally long, these are not: {', '.join(f'{key} {length}' for key, length in lengths.items())}")
+    table = zip(*values.values()) if asked.get("rows") and values else itertools.product(*values.values())
+    combinations = [dict(zip(values, row)) for row in table]
     spread = samples(ranges, int(asked.get("samples", 20)), int(asked.get("seed", 1))) if ranges else [{}]
     return [{**one, **other} for one in combinations for other in spread]
 
@@ -87,15 +91,17 @@ def finished(folder: pathlib.Path) -> Result | None:
     return None if result.numbers.get("interrupted_by") else result
 
 
-def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, j: int = 1,
+def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values: Mapping[str, Any] | None = None, rows: bool = False, j: int = 1,
           say: Callable[[str], None] = lambda line: None) -> Study:
-    """Runs what [study] asks for, `j` runs side by side; `values` stand in the place of its ranges, and besides its values. Runs that lie in `folder` (default:
+    """Runs what [study] asks for, `j` runs side by side; `values` stand in the place of its ranges, and besides its values. `rows`: lists
+    of values are columns of a table, of which every row is run. Runs that lie in `folder` (default:
     results/NAME-study) from before with the same case are not run again. Writes study.csv. Raises CalorError."""
     base = case if isinstance(case, Case) else Case(case)
     into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-study"
     written = base.to_dict()
     asked = dict(written.get("study", {}))
     asked["values"] = {**asked.get("values", {}), **(values or {})}
+    asked["rows"] = rows or asked.get("rows", False)
     if values:
         asked.pop("range", None)
     runs = plan(asked)
@@ -125,7 +131,7 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
         say(f"{number + 1} of {len(runs)}: " + ", ".join(f"{key.rsplit('.', 1)[-1]} = {value}" for key, value in runs[number].items()))
         return row
 
-    rows = side_by_side(run, range(len(runs)), j)
-    done = Study(into, keys, rows, reused)
+    table = side_by_side(run, range(len(runs)), j)
+    done = Study(into, keys, table, reused)
     done.write()
     return done

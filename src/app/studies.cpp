@@ -66,6 +66,8 @@ void declare_studies(Schema& schema) {
               .sentence = "What `calor study` runs; a run takes no notice of it.",
               .keys = {{"values", Kind::table, "", optional,
                         "Keys in quotes and lists of their values: every combination is run."},
+                       {"rows", Kind::flag, "", "false",
+                        "The lists are columns of a table, of which every row is run, in place of every combination."},
                        {"range", Kind::table, "", optional,
                         "Keys in quotes and [low, high]: samples in between, so that each key is spread evenly."},
                        {"samples", Kind::integer, "", "20", "How many samples of the ranges."},

@@ -782,6 +782,14 @@ class Studies(unittest.TestCase):
         self.assertEqual([ax.get_ylabel() for ax in done.plot().axes][:2], ["probe front [K]", "probe back [K]"])
         self.assertEqual(study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)"]}).reused, 0)
 
+    def test_rows_of_values_are_run_in_place_of_combinations(self):
+        values = {"method": ["sph", "mlpg"], "a": [1, 2]}
+        self.assertEqual(study.plan({"values": values, "rows": True}), [{"method": "sph", "a": 1}, {"method": "mlpg", "a": 2}])
+        self.assertEqual(len(study.plan({"values": values})), 4)
+        self.assertEqual(len(study.plan({"values": values, "rows": True, "range": {"b": [0, 1]}, "samples": 3})), 6)
+        with self.assertRaisesRegex(CommandError, "equally long, these are not: method 2, a 3"):
+            study.plan({"values": {**values, "a": [1, 2, 3]}, "rows": True})
+
     def test_after_an_error_no_further_run_is_begun(self):
         begun = []
 
