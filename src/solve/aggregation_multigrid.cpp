@@ -11,6 +11,7 @@
 
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
+#include "solve/nearest_pairs.hpp"
 
 namespace calor {
 namespace {
@@ -135,11 +136,13 @@ std::int64_t rows_of(Mat matrix) {
 
 class Multigrid {
  public:
-  explicit Multigrid(const Cloud& cloud) : cloud_(cloud) {}
+  explicit Multigrid(const Cloud& cloud) : cloud_(cloud), near_(cloud) {}
 
   /// Collective.
-  void set_up(Mat finest) {
-    if (cycle_)
+  void set_up(Mat matrix) {
+    const bool is_thin = near_.set(matrix);
+    Mat finest = is_thin ? near_.matrix() : matrix;
+    if (std::exchange(is_thin_, is_thin) == is_thin && cycle_)
       renew(finest);
     else
       build(finest);
@@ -155,6 +158,7 @@ class Multigrid {
   };
 
   void build(Mat finest) {
+    levels_.clear(), cycle_ = {};
     std::vector<Bin> bins = bins_of(cloud_);
     Mat fine = finest;
     while (rows_of(fine) > coarsest) {
@@ -220,6 +224,8 @@ class Multigrid {
   }
 
   const Cloud& cloud_;
+  NearestPairs near_;
+  bool is_thin_ = false;         ///< the finest level is that of the nearest pairs
   std::vector<Coarser> levels_;  ///< from fine to coarse
   petsc::Handle<PC, PCDestroy> cycle_;
 };

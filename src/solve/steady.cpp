@@ -156,17 +156,30 @@ class SteadyState {
     petsc::assemble(J);
   }
 
+  /// Are the temperatures others than those of flow_? The last steps do not change it, and it takes longer than a
+  /// residual. Collective.
+  bool has_moved(std::span<double> T, double span) const {
+    constexpr double little = 1e-4;  // of a hundred spacings, a hundredth from one to the next
+    if (flow_ == 0) return true;
+    double most = 0;
+    for (std::size_t i = 0; i < T_of_flow_.size(); ++i) most = std::max(most, std::abs(T[i] - T_of_flow_[i]));
+    return !(max(system_.cloud().comm, most) <= little * span);
+  }
+
   /// What is a small imbalance follows from what flows at these temperatures: the first guess, with its steps at the
   /// walls, has much larger flows than the solution, or none at all. Rounding of the temperatures alone leaves a row
   /// with eps |T| sum |J_ij|.
   void judge(std::span<double> T, std::span<double> tolerance, std::span<double> round_off) {
     const Cloud& cloud = system_.cloud();
-    flow_ = largest_flow(system_, T);
+    const double span = system_.temperature_span(0, T);
+    if (has_moved(T, span)) {
+      flow_ = largest_flow(system_, T);
+      T_of_flow_.assign(T.begin(), T.begin() + cloud.owned);
+    }
     std::ranges::fill(tolerance, relative_ * flow_);
     // Prescribed temperatures may be rows of their own, in units of their own.
     std::vector<double> scale(cloud.owned);
     system_.residual_scale(0, T, scale);
-    const double span = system_.temperature_span(0, T);
     for (int i : system_.prescribed()) tolerance[i] = relative_ * span * scale[i] * rate_;
     double hottest = 0;
     for (int i = 0; i < cloud.owned; ++i) hottest = std::max(hottest, std::abs(T[i]));
@@ -181,7 +194,8 @@ class SteadyState {
   double relative_, flow_ = 0;
   double rate_;  ///< 1/s
   bool by_theta_;
-  double largest_k_ = 1;          ///< at the first guess, W/(m K)
+  double largest_k_ = 1;  ///< at the first guess, W/(m K)
+  std::vector<double> T_of_flow_;
   std::vector<double> row_sums_;  ///< of the last Jacobian; empty before the first
 };
 
