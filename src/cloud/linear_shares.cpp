@@ -1,6 +1,8 @@
 #include "cloud/linear_shares.hpp"
 
-#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace calor {
 
@@ -11,17 +13,35 @@ void LinearShares::add(std::int64_t id, const Vec3& way, double square) {
 }
 
 std::optional<std::array<double, 4>> LinearShares::coefficients(const std::array<double, moments>& sums, int D) {
-  Eigen::Matrix4d M;
-  std::size_t n = 0;
-  for (int a = 0; a < 4; ++a)
-    for (int b = a; b < 4; ++b) M(a, b) = M(b, a) = sums[n++];
-  for (int a = D; a < 3; ++a) M(1 + a, 1 + a) = 1;
-  const Eigen::LLT<Eigen::Matrix4d> factor(M);
+  // Cholesky's factor L of the moment matrix, by loops of known length.
+  constexpr int n = 4;
+  double L[n][n] = {};
+  for (int a = 0, m = 0; a < n; ++a)
+    for (int b = a; b < n; ++b) L[b][a] = sums[m++];
+  for (int a = D; a < 3; ++a) L[1 + a][1 + a] = 1;
+  double least = std::numeric_limits<double>::infinity(), largest = 0;
+  for (int k = 0; k < n; ++k) {
+    for (int m = 0; m < k; ++m) L[k][k] -= L[k][m] * L[k][m];
+    if (!(L[k][k] > 0)) return std::nullopt;
+    L[k][k] = std::sqrt(L[k][k]);
+    least = std::min(least, L[k][k]), largest = std::max(largest, L[k][k]);
+    for (int i = k + 1; i < n; ++i) {
+      for (int m = 0; m < k; ++m) L[i][k] -= L[i][m] * L[k][m];
+      L[i][k] /= L[k][k];
+    }
+  }
   constexpr double least_pivot = 1e-2;  // of the largest: below, small weights would make large shares of both signs
-  const auto pivots = factor.matrixLLT().diagonal();
-  if (factor.info() != Eigen::Success || !(pivots.minCoeff() > least_pivot * pivots.maxCoeff())) return std::nullopt;
-  const Eigen::Vector4d c = factor.solve(Eigen::Vector4d::UnitX());
-  return std::array<double, 4>{c[0], c[1], c[2], c[3]};
+  if (!(least > least_pivot * largest)) return std::nullopt;
+  std::array<double, 4> c = {1, 0, 0, 0};
+  for (int i = 0; i < n; ++i) {
+    for (int m = 0; m < i; ++m) c[i] -= L[i][m] * c[m];
+    c[i] /= L[i][i];
+  }
+  for (int i = n; i-- > 0;) {
+    for (int m = i + 1; m < n; ++m) c[i] -= L[m][i] * c[m];
+    c[i] /= L[i][i];
+  }
+  return c;
 }
 
 bool LinearShares::solve(int D) {

@@ -1,5 +1,5 @@
 // The fit of second moments (M) and linear consistency (L) together: one least change of the weights towards both.
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -63,11 +63,33 @@ CALOR_ALWAYS_INLINE inline Unknowns product(const SymmetricMatrix& M, const Unkn
   return y;
 }
 
-/// (B + diagonal)^-1; components that neither has stay out.
-MatrixN inverse(MatrixN B, const VectorN& diagonal) {
-  for (int a = 0; a < N; ++a)
-    if ((B(a, a) += diagonal[a]) == 0) B(a, a) = 1;
-  return B.llt().solve(MatrixN::Identity());
+/// Replaces positive definite matrices by their inverses, by Gauss and Jordan; row by row, one pivot after another.
+CALOR_ALWAYS_INLINE inline void invert(SymmetricMatrix& M) {
+  using Lanes = SymmetricMatrix::Lanes;
+  Lanes A[N][N];
+  for (int a = 0, n = 0; a < N; ++a)
+    for (int b = a; b < N; ++b) A[a][b] = A[b][a] = M[n++];
+  for (int k = 0; k < N; ++k) {
+    const Lanes pivot = 1 / A[k][k];
+    Lanes row[N];
+    for (int b = 0; b < N; ++b) row[b] = A[k][b] * pivot, A[k][b] = row[b];
+    A[k][k] = row[k] = pivot;
+    for (int a = 0; a < N; ++a) {
+      if (a == k) continue;
+      const Lanes factor = A[a][k];
+      A[a][k] = Lanes{};
+      for (int b = 0; b < N; ++b) A[a][b] -= factor * row[b];
+    }
+  }
+  for (int a = 0, n = 0; a < N; ++a)
+    for (int b = a; b < N; ++b) M[n++] = 0.5 * (A[a][b] + A[b][a]);
+}
+
+SymmetricMatrix identity() {
+  SymmetricMatrix I;
+  for (int a = 0, n = 0; a < N; n += N - a++)
+    for (double& one : I.v[n]) one = 1;
+  return I;
 }
 
 /// 2 V_i I of the owned points. Off the walls, a facet at the distance y carries 2 A y n (x) n of it: the heat of a
@@ -150,7 +172,7 @@ class MomentFit {
   void prepare(std::span<const double> g) {
     for (std::size_t k = 0; k < inverse_.size(); ++k) {
       Unknowns off;
-      z_[k] = soft_[k] = {}, inverse_[k] = {};
+      z_[k] = soft_[k] = {}, inverse_[k] = identity();
       for (int lane = 0; lane < owned_in(k); ++lane) {
         const int i = static_cast<int>(k) * lanes + lane;
         const Changes::Block own = changes_.block(g.data(), i);
@@ -159,16 +181,21 @@ class MomentFit {
         for (int a = 0; a < N; ++a)
           for (int b = a; b < N; ++b) B(a, b) = B(b, a) = own.upper[n++];
         const VectorN soft = softness(cloud_, B);
-        const MatrixN M = inverse(B, soft);
         n = 0;
-        for (int a = 0; a < N; ++a)
-          for (int b = a; b < N; ++b) inverse_[k].v[n++][lane] = static_cast<double>(0.5 * (M(a, b) + M(b, a)));
+        for (int a = 0; a < N; ++a) {
+          const double diagonal = B(a, a) + soft[a];
+          inverse_[k].v[n++][lane] = diagonal == 0 ? 1 : diagonal;  // components that neither has stay out
+          for (int b = a + 1; b < N; ++b) inverse_[k].v[n++][lane] = B(a, b);
+        }
         const std::array<double, N> now = {own.first[0], own.first[1], own.first[2], B(0, 0), B(1, 1),
                                            B(2, 2),      B(0, 1),      B(0, 2),      B(1, 2)};
         for (int a = 0; a < N; ++a) off.v[a][lane] = wanted_[i][a] - now[a];
         for (int a = 3; a < N; ++a) soft_[k].v[a][lane] = soft[a];  // (L) is none the softer for it
       }
-      run_vectorised([&]<int>() CALOR_ALWAYS_INLINE { r_[k] = product(inverse_[k], off); });
+      run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+        invert(inverse_[k]);
+        r_[k] = product(inverse_[k], off);
+      });
     }
   }
 
