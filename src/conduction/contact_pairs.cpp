@@ -15,7 +15,8 @@ namespace {
 /// A pair that crosses contacts, as its point sees it.
 struct ContactCrossing {
   Crossing crossing;
-  bool once;  ///< its points lie on different sides
+  bool once;        ///< its points lie on different sides
+  double conducts;  ///< see SurfaceCuts
   /// The first contact from the point of the lower id, the same for both: Crossing::crack, and the curved piece of it
   /// (Parts::curved_areas) or -1.
   int contact, piece;
@@ -46,9 +47,24 @@ std::optional<ContactOnWay> contact_on(const Parts& parts, const Parts::Segment&
   return std::nullopt;
 }
 
-/// The pairs that cross contacts, each with the one that its point meets first, sorted by entry.
-std::vector<ContactCrossing> crossings_of_contacts(const Cloud& cloud, const Parts& parts,
-                                                   const Neighbours& neighbours) {
+/// Resistance of all contacts on a way, m K/W.
+double resistance_of(const Parts& parts, const Parts::Segment& way, std::span<const SegmentPiece> run, double size,
+                     double T) {
+  double sum = 0;
+  for (std::size_t n = 0; n + 1 < run.size(); ++n) {
+    const Function* h = parts.contact(run[n].part, run[n + 1].part);
+    if (!h) continue;
+    const Vec3 along = way.b - way.a, x = way.a + run[n].end * along;
+    const Vec3 normal = parts.interface_at(x, along, way.tag_a, run[n].part, run[n + 1].part, size).normal;
+    sum += 1 / ((*h)(x, 0, T) * std::abs(dot(along, normal)));
+  }
+  return sum;
+}
+
+/// The pairs that cross contacts, each with the one that its point meets first, sorted by entry. k: of the local
+/// points, W/(m K).
+std::vector<ContactCrossing> crossings_of_contacts(const Cloud& cloud, const Parts& parts, std::span<const double> k,
+                                                   double T, const Neighbours& neighbours) {
   struct Pair {
     int i;
     std::int64_t entry;
@@ -77,6 +93,8 @@ std::vector<ContactCrossing> crossings_of_contacts(const Cloud& cloud, const Par
     const bool up = is_up(i, j);
     const auto faced = up ? first : contact_on(parts, ways[s], pieces.of(s), size, false);
     const double length = dot(cloud.x[j] - cloud.x[i], faced->face.normal);
+    const double K = 2 * (k[i] * k[j]) / (k[i] + k[j]);
+    const double h_length = 1 / resistance_of(parts, ways[s], pieces.of(s), size, T);
     crossings.push_back({.crossing = {.entry = entry,
                                       .point = i,
                                       .crack = faced->contact,
@@ -87,6 +105,7 @@ std::vector<ContactCrossing> crossings_of_contacts(const Cloud& cloud, const Par
                                       .at = up ? faced->at : 1 - faced->at,
                                       .upper = faced->down == up},
                          .once = sides.separate(i, j),
+                         .conducts = conducted_by_contact(K, h_length),
                          .contact = first->contact,
                          .piece = first->face.piece});
   }
@@ -115,8 +134,8 @@ int number_contacts(MPI_Comm comm, std::vector<ContactCrossing>& crossings) {
 SurfaceCuts cuts_of_contacts(const Cloud& cloud, const Parts& parts, std::vector<ContactCrossing> crossings,
                              std::span<const double> G) {
   const int contacts = number_contacts(cloud.comm, crossings);
-  SurfaceCuts cuts{
-      .crossings = {}, .is_full = std::vector<char>(contacts, 1), .area_over_pair = {}, .heat_crosses = true};
+  SurfaceCuts cuts{.surfaces = {}, .crossings = {}, .area_over_pair = {}, .conducts = {}};
+  cuts.surfaces.assign(contacts, {.is_full = true, .heat_crosses = true});
   // Of every contact, then of every curved piece of known area, as both points of a pair see it.
   const std::span<const double> known = parts.curved_areas();
   std::vector<std::vector<double>> all(contacts + known.size()), once(all.size());
@@ -139,6 +158,7 @@ SurfaceCuts cuts_of_contacts(const Cloud& cloud, const Parts& parts, std::vector
     if (!c.once) continue;
     cuts.crossings.push_back(c.crossing);
     cuts.area_over_pair.push_back(factor[surface(c)]);
+    cuts.conducts.push_back(c.conducts);
   }
   return cuts;
 }
@@ -147,10 +167,15 @@ SurfaceCuts cuts_of_contacts(const Cloud& cloud, const Parts& parts, std::vector
 
 bool contacts_end_cells(const Cloud& cloud) { return cloud.solids && cloud.solids->sides(); }
 
-void cut_at_contacts(const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::vector<double>& G,
-                     CorrectionReport& report) {
+void cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T, const Neighbours& neighbours,
+                     std::vector<double>& G, CorrectionReport& report) {
+  const Parts& parts = material.parts();
   std::vector<ContactCrossing> crossings;
-  collective_try(cloud.comm, [&] { crossings = crossings_of_contacts(cloud, parts, neighbours); });
+  collective_try(cloud.comm, [&] {
+    std::vector<double> k(cloud.local());
+    material.conductivity(0, std::vector<double>(k.size(), T), k, {});
+    crossings = crossings_of_contacts(cloud, parts, k, T, neighbours);
+  });
   const SurfaceCuts cuts = cuts_of_contacts(cloud, parts, std::move(crossings), G);
   const CutWeights kept = cut_weights(cloud, cuts, neighbours, G, report);
   for (std::size_t n = 0; n < cuts.crossings.size(); ++n) G[cuts.crossings[n].entry] *= cuts.area_over_pair[n];

@@ -5,7 +5,7 @@
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "conduction/correction.hpp"
-#include "geometry/parts.hpp"
+#include "material/material_field.hpp"
 
 namespace calor {
 
@@ -13,9 +13,14 @@ namespace calor {
 bool contacts_end_cells(const Cloud& cloud);
 
 /// Changes the weights G of the whole body such that each side of a contact conducts along it by itself, as beside a
-/// cut. The pairs across keep theirs: they hand over the heat that crosses, in series with the contact. On each side
-/// the two together are exact for linear temperatures. Collective; throws Error.
-void cut_at_contacts(const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::vector<double>& G,
-                     CorrectionReport& report);
+/// cut, as far as the contact hinders heat. The pairs across hand over the heat that crosses, in series with the
+/// contact. On each side all together are exact for linear temperatures. Collective; throws Error.
+/// `material` at T (K) tells how much of a pair's resistance is the contact's.
+void cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T, const Neighbours& neighbours,
+                     std::vector<double>& G, CorrectionReport& report);
+
+/// The share of its flux that a pair still conducts across a contact. K: conductivity between the points, W/(m K);
+/// `h_length`: conductance of the contact times |x_ji . n|.
+inline double conducted_by_contact(double K, double h_length) { return h_length / (K + h_length); }
 
 }  // namespace calor

@@ -1,8 +1,10 @@
 #pragma once
 // Pair weights of bodies with cracks, from the weights of the intact body. Two treatments:
-// - Cracks that insulate from the start are surface, and cut the pairs across (cut_weights.hpp).
-// - Contacts, and cracks that open while running, act on single pairs, whose weights stay those of the intact body: a
-//   failed pair conducts no more, a contact conducts in series with its pair. Always stable, of first order.
+// - Cracks that are open from the start are surface, and cut the pairs across (cut_weights.hpp), those with a contact
+// as
+//   far as it hinders heat: what it cuts conducts in series with it.
+// - Cracks that open while running act on single pairs, whose weights stay those of the intact body: a failed pair
+//   conducts no more, or in series with the contact. Always stable, of first order.
 #include <memory>
 
 #include "cloud/cracks.hpp"
@@ -14,9 +16,10 @@
 namespace calor {
 
 /// Conduction in a cracked body from the neighbours and consistent weights of the intact one. `report` gets the
-/// numbers of the last correction. Collective; throws Error.
+/// numbers of the last correction. k: of the local points, W/(m K), beside which contacts hinder heat. Collective;
+/// throws Error.
 PairConduction cracked_pairs(const Cloud& cloud, const Parts& parts, const Cracks& cracks, Neighbours neighbours,
-                             std::vector<double> G, CorrectionReport& report);
+                             std::vector<double> G, std::span<const double> k, CorrectionReport& report);
 
 /// Do images lie beyond walls off the points? Not where a crack would end at its own, nor where walls cut through the
 /// parts of a lattice: there walls are in series with the way to them.
@@ -27,8 +30,9 @@ MirroredNeighbours neighbours_of_body(const Case& c, const Cloud& cloud, const P
 
 /// The discretisation of a pair method: for the [[crack]] entries of a case, which it notes in the log; without entries
 /// from all pairs, images folded, with the directions that they conduct by. Collective; throws Error.
-Discretisation with_cracks(const Case& c, const Cloud& cloud, const Parts& parts, const Conditions& conditions,
-                           MirroredNeighbours mirrored, std::vector<double> G, Layers layers, CorrectionReport& done,
-                           MethodReport& report, const PairDirections& directions = {});
+Discretisation with_cracks(const Case& c, const Cloud& cloud, const MaterialField& material,
+                           const Conditions& conditions, MirroredNeighbours mirrored, std::vector<double> G,
+                           Layers layers, CorrectionReport& done, MethodReport& report,
+                           const PairDirections& directions = {});
 
 }  // namespace calor

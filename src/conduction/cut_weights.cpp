@@ -59,36 +59,41 @@ void balance(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted, boo
   for (int i = 0; i < cloud.owned; ++i) area[i] += w[i] * ((1 / s[0]) * force + cross(turn, cloud.x[i] - centre));
 }
 
-/// Adds w_i P_i (c + omega cross (x_i - centre)) to the area vectors, w_i = |a_i| and P_i = I - n n of a_i = w_i n, so
-/// that they have the wanted resultant and moment as far as vectors along the faces can make them so.
-void balance_along_faces(const Cloud& cloud, std::span<Vec3> area, const Wrench& wanted) {
+/// Adds w_i P_i (c + omega cross (x_i - centre)) to the area vectors, P_i = I - n n with w_i n what the faces have
+/// across them, so that they have the wanted resultant and moment as far as vectors along the faces can make them so.
+void balance_along_faces(const Cloud& cloud, std::span<const Vec3> across, std::span<Vec3> area, const Wrench& wanted) {
   using Vector6 = Eigen::Matrix<double, 6, 1>;
   std::vector<double> columns, weights;
   for (int i = 0; i < cloud.owned; ++i) {
-    const double w = norm(area[i]);
+    const double w = norm(across[i]);
     if (w == 0) continue;
     const Vec3& x = cloud.x[i];
     add_columns(columns, x, area[i]);
-    weights.insert(weights.end(), {w, w * x.x, w * x.y, w * x.z, w * dot(x, x)});
+    weights.insert(weights.end(), {w, w * x.x, w * x.y, w * x.z});
   }
   const Wrench has = total_of(cloud, columns);
-  const auto s = sums(cloud.comm, weights, 5);
+  const auto s = sums(cloud.comm, weights, 4);
   if (s[0] == 0) return;
   const Vec3 centre{s[1] / s[0], s[2] / s[0], s[3] / s[0]};
-  const double length = std::sqrt(std::max(0.0, s[4] / s[0] - dot(centre, centre)));  // makes moments forces
+  std::vector<double> spread;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (const Vec3 r = cloud.x[i] - centre; !(across[i] == Vec3{})) spread.push_back(norm(across[i]) * dot(r, r));
+  const double length = std::sqrt(sum(cloud.comm, spread) / s[0]);  // makes moments forces
   // Resultant and moment of a force of 1 along an axis.
   const auto wrench = [&](int i, const Vec3& e) {
     const Vec3 m = (1 / length) * cross(cloud.x[i] - centre, e);
     return Vector6{e.x, e.y, e.z, m.x, m.y, m.z};
   };
   constexpr std::array<Vec3, 3> axes = {Vec3{1, 0, 0}, Vec3{0, 1, 0}, Vec3{0, 0, 1}};
-  const auto along_face = [&](int i, const Vec3& e) { return e - dot(e, area[i]) / dot(area[i], area[i]) * area[i]; };
+  const auto along_face = [&](int i, const Vec3& e) {
+    return e - dot(e, across[i]) / dot(across[i], across[i]) * across[i];
+  };
   std::vector<double> squares;
   for (int i = 0; i < cloud.owned; ++i) {
-    if (area[i] == Vec3{}) continue;
+    if (across[i] == Vec3{}) continue;
     Eigen::Matrix<double, 6, 6> square = Eigen::Matrix<double, 6, 6>::Zero();
     for (const Vec3& e : axes) square += wrench(i, e) * wrench(i, along_face(i, e)).transpose();
-    square *= norm(area[i]);
+    square *= norm(across[i]);
     squares.insert(squares.end(), square.data(), square.data() + square.size());
   }
   const auto q = sums(cloud.comm, squares, 36);
@@ -96,7 +101,7 @@ void balance_along_faces(const Cloud& cloud, std::span<Vec3> area, const Wrench&
              moment = (1 / length) * (wanted.moment - has.moment - cross(centre, force));
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> eigen(
       Eigen::Map<const Eigen::Matrix<double, 6, 6>>(q.data()));
-  constexpr double least = 1e-7;  // of the largest eigenvalue: motions across the faces
+  constexpr double least = 1e-6;  // of the largest eigenvalue: motions across the faces
   Vector6 motion = Vector6::Zero();
   for (int n = 0; n < 6; ++n) {
     const Vector6 v = eigen.eigenvectors().col(n);
@@ -104,21 +109,21 @@ void balance_along_faces(const Cloud& cloud, std::span<Vec3> area, const Wrench&
       motion += v * (v.dot(Vector6{force.x, force.y, force.z, moment.x, moment.y, moment.z}) / eigen.eigenvalues()[n]);
   }
   for (int i = 0; i < cloud.owned; ++i) {
-    if (area[i] == Vec3{}) continue;
+    if (across[i] == Vec3{}) continue;
     Vec3 change;
     for (const Vec3& e : axes) change += wrench(i, along_face(i, e)).dot(motion) * e;
-    area[i] += norm(area[i]) * change;
+    area[i] += norm(across[i]) * change;
   }
 }
 
 /// A pair that is cut, as seen from a point beside the crack.
 struct CutPair {
   int point;
-  Vec3 x_ji, normal;      ///< of the face that the point looks at, away from it
-  double at;              ///< part of the way before that face
-  double lost;            ///< weight
-  double beside;          ///< weight of which the crack has the sliver
-  double area_over_pair;  ///< see SurfaceCuts
+  Vec3 x_ji, normal;                ///< of the face that the point looks at, away from it
+  double at;                        ///< part of the way before that face
+  double lost;                      ///< weight
+  double beside;                    ///< weight of which the crack has the sliver
+  double area_over_pair, conducts;  ///< see SurfaceCuts
 };
 
 /// Of every crack that is surface, the pairs that the points above and below it have lost to it; a pair across several
@@ -128,7 +133,7 @@ using CutPairs = std::vector<std::array<std::vector<CutPair>, 2>>;
 /// Takes from the pairs' weights what the cracks cut.
 CutPairs cut(const Cloud& cloud, const SurfaceCuts& cuts, const Neighbours& neighbours, std::span<double> G) {
   const std::vector<Crossing>& crossings = cuts.crossings;
-  CutPairs pairs(cuts.is_full.size());
+  CutPairs pairs(cuts.surfaces.size());
   for (std::size_t n = 0, next = 0; n < crossings.size(); n = next) {
     const std::int64_t entry = crossings[n].entry;
     const double whole = G[entry];
@@ -140,7 +145,8 @@ CutPairs cut(const Cloud& cloud, const SurfaceCuts& cuts, const Neighbours& neig
     }
     const Vec3 x_ji = cloud.x[neighbours.column[entry]] - cloud.x[faced->point];
     pairs[faced->crack][faced->upper].push_back({faced->point, x_ji, faced->normal, faced->at, whole - G[entry],
-                                                 faced->sliver * whole, cuts.area_over_pair[faced - crossings.data()]});
+                                                 faced->sliver * whole, cuts.area_over_pair[faced - crossings.data()],
+                                                 cuts.conducts[faced - crossings.data()]});
   }
   return pairs;
 }
@@ -150,13 +156,16 @@ CutPairs cut(const Cloud& cloud, const SurfaceCuts& cuts, const Neighbours& neig
 std::vector<Vec3> areas_of_faces(const Cloud& cloud, const SurfaceCuts& cuts, const CutPairs& cut_pairs) {
   std::vector<Vec3> area(cloud.owned);
   for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
-    const bool full_cut = cuts.is_full[crack] != 0;
-    std::vector<Vec3> faces(cloud.owned);
+    const bool full_cut = cuts.surfaces[crack].is_full;
+    std::vector<Vec3> faces(cloud.owned), across(cloud.owned);
     std::vector<double> columns;
     std::vector<char> beside(cloud.owned);
     for (const bool upper : {true, false}) {
       for (const CutPair& pair : cut_pairs[crack][upper]) {
-        faces[pair.point] += (pair.area_over_pair * pair.lost * dot(pair.x_ji, pair.normal)) * pair.normal;
+        const double weight = pair.area_over_pair * pair.lost;
+        const Vec3 normal = dot(pair.x_ji, pair.normal) * pair.normal;
+        across[pair.point] += weight * normal;
+        faces[pair.point] += weight * (normal + pair.conducts * (pair.x_ji - normal));
         add_columns(columns, cloud.x[pair.point], pair.lost * pair.x_ji);
         beside[pair.point] = 1;
       }
@@ -165,14 +174,35 @@ std::vector<Vec3> areas_of_faces(const Cloud& cloud, const SurfaceCuts& cuts, co
       std::ranges::fill(beside, 0);
       if (upper && !full_cut) continue;  // one part of the body: both faces at once
       const Wrench wanted = total_of(cloud, columns);
-      if (cuts.heat_crosses) balance_along_faces(cloud, faces, wanted);
+      if (cuts.surfaces[crack].heat_crosses) balance_along_faces(cloud, across, faces, wanted);
       balance(cloud, faces, wanted, full_cut);
       for (int i = 0; i < cloud.owned; ++i) area[i] += faces[i];
       std::ranges::fill(faces, Vec3{});
+      std::ranges::fill(across, Vec3{});
       columns.clear();
     }
   }
   return area;
+}
+
+Vec3 middle_of(const Cloud& cloud) {
+  std::vector<double> columns;
+  for (const Vec3& x : cloud.owned_points()) columns.insert(columns.end(), {1, x.x, x.y, x.z});
+  const auto s = sums(cloud.comm, columns, 4);
+  return (1 / s[0]) * Vec3{s[1], s[2], s[3]};
+}
+
+/// Walls end at the faces as far as these cut: the area vectors are those of the whole body where a cut pair conducts
+/// as before.
+void end_walls(const CutPairs& cut_pairs, Cloud& cloud) {
+  if (!cloud.whole) return;
+  std::vector<double> lost(cloud.owned), conducted(cloud.owned);
+  for (const auto& sides : cut_pairs)
+    for (const auto& side : sides)
+      for (const CutPair& pair : side)
+        lost[pair.point] += pair.lost, conducted[pair.point] += pair.conducts * pair.lost;
+  for (int i = 0; i < cloud.owned; ++i)
+    if (conducted[i] > 0) cloud.area[i] += (conducted[i] / lost[i]) * (cloud.whole->area[i] - cloud.area[i]);
 }
 
 /// What heat that runs along the faces must find at the owned points beside them, and at the neighbours of points
@@ -219,12 +249,13 @@ AlongFaces along_faces(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
                    .is_at_full_cut = std::vector<char>(cloud.owned)};
   FacesOfPoints faces(cloud), full_cuts(cloud);
   for (std::size_t crack = 0; crack < cut_pairs.size(); ++crack) {
-    const bool full_cut = cuts.is_full[crack] != 0;
+    const bool full_cut = cuts.surfaces[crack].is_full;
     for (const auto& side : cut_pairs[crack]) {
-      for (const auto& [i, x_ji, normal, at, lost, beside, factor] : side) {
+      for (const auto& [i, x_ji, normal, at, lost, beside, factor, conducts] : side) {
         const double length = dot(x_ji, normal), area = std::max(lost, beside) * length;
         const double sliver = beside * length * (at - 0.5) * length;
-        along.wanted[i] += lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver;
+        along.wanted[i] +=
+            (1 - conducts) * (lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver);
         faces.add(i, area, normal);
         if (full_cut) full_cuts.add(i, area, normal);
       }
@@ -254,7 +285,7 @@ AlongFaces along_faces(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
 void restore_along_faces(const Cloud& cracked, const Neighbours& neighbours, const AlongFaces& along,
                          std::vector<double>& G) {
   constexpr int turns = 3;  // two leave errors of first order, of 1e-6 of the span on 81 points an edge
-  constexpr double nearly = 1e-3, floor = 0.02;
+  constexpr double nearly = 1e-9, floor = 0.02;
   const auto restore = [&](const std::vector<char>& where) {
     std::vector<Symmetric3> P(where.size());
     for (std::size_t i = 0; i < where.size(); ++i)
@@ -277,7 +308,12 @@ CutWeights cut_weights(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
                        CorrectionReport& report) {
   const CutPairs cut_pairs = cut(cloud, cuts, neighbours, G);
   Cloud cracked = cloud;  // its surface includes the faces
-  const auto area = areas_of_faces(cloud, cuts, cut_pairs);
+  end_walls(cut_pairs, cracked);
+  const Vec3 middle = middle_of(cloud);  // moments of places far from the origin are all round-off
+  for (Vec3& x : cracked.x) x -= middle;
+  const auto area = areas_of_faces(cracked, cuts, cut_pairs);
+  cracked.x = cloud.x;
+  cracked.lattice = nullptr;  // whose points hang together
   for (int i = 0; i < cloud.owned; ++i) cracked.area[i] += area[i];
   std::vector<char> is_gone(G.size(), 0);
   for (const Crossing& x : cuts.crossings) is_gone[x.entry] |= x.fraction == 1;

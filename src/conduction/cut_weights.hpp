@@ -13,14 +13,20 @@ namespace calor {
 
 /// Surfaces inside the body, and the pairs that cross them, sorted by entry.
 struct SurfaceCuts {
+  struct Surface {
+    bool is_full;  ///< it cuts right through, or closes: each of its sides is in balance
+    /// By the pairs that are cut, which know the areas of the faces: what a side lacks in balance is made up along
+    /// them.
+    bool heat_crosses;
+  };
+  std::vector<Surface> surfaces;
   std::vector<Crossing> crossings;  ///< Crossing::crack: of which surface
-  std::vector<char> is_full;  ///< of every surface: it cuts right through, or closes; each of its sides is in balance
   /// Of every crossing: area of the surface there over that of the pairs across, sum G |x_ji . n|: 1 on planes, more
   /// where pairs cross a curved surface twice and so have the rest.
   std::vector<double> area_over_pair;
-  /// Heat crosses by the pairs that are cut, which know the areas of the faces: what a side lacks in balance is made up
-  /// along the faces.
-  bool heat_crosses = false;
+  /// Of every crossing: the share of its flux in an unbroken body that a cut pair still conducts, 0 where no heat
+  /// crosses: as much of its force stays on the faces, along them too.
+  std::vector<double> conducts;
 };
 
 /// What is left of the pairs: those that no surface cuts as a whole.

@@ -173,8 +173,8 @@ Discretisation between_parts(const Case& c, const Cloud& cloud, const Conditions
   auto G = tiles ? neighbour_line_weights(cloud, pairs.neighbours, done)
                  : sph_consistent_weights(without_cracks(cloud, copy), pairs.neighbours, smoothing, done, directions);
   require_sound(cloud, done, directions.in_weights.has_value());
-  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(pairs), std::move(G), Layers::odd,
-                                    done, report, directions);
+  auto discretisation = with_cracks(c, cloud, material, conditions, std::move(pairs), std::move(G), Layers::odd, done,
+                                    report, directions);
   add_to_report(done, report);
   return discretisation;
 }

@@ -93,8 +93,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   CorrectionReport done;
   auto G = peridynamic_weights(without_cracks(cloud, copy), mirrored.neighbours, options, done, directions);
   require_sound(cloud, done, directions.in_weights.has_value());
-  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G), layers,
-                                    done, report, directions);
+  auto discretisation =
+      with_cracks(c, cloud, material, conditions, std::move(mirrored), std::move(G), layers, done, report, directions);
   add_to_report(done, report);
   return discretisation;
 }

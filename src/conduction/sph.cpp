@@ -94,8 +94,8 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   std::optional<Cloud> copy;
   auto G = sph_consistent_weights(without_cracks(cloud, copy), mirrored.neighbours, smoothing, done, directions);
   require_sound(cloud, done, directions.in_weights.has_value());
-  auto discretisation = with_cracks(c, cloud, material.parts(), conditions, std::move(mirrored), std::move(G),
-                                    Layers::odd, done, report, directions);
+  auto discretisation = with_cracks(c, cloud, material, conditions, std::move(mirrored), std::move(G), Layers::odd,
+                                    done, report, directions);
   add_to_report(done, report);
   return discretisation;
 }

@@ -77,17 +77,22 @@ void end_cells_at_contacts(const Case& c, Cloud& cloud) {
       !body.list("contact").empty() || std::ranges::any_of(std::array{"layer", "region"}, [&](const char* kind) {
         return std::ranges::any_of(body.list(kind), [](const Table& part) { return part.has("contact"); });
       });
-  if (!has_contact || cloud.axisymmetric) return;
+  if (!has_contact) return;
   const auto parts = std::make_shared<const Parts>(c, cloud, "");
-  if (cloud.lattice && body.has("along") && body.list("region").empty()) {
+  if (cloud.lattice && !cloud.axisymmetric && body.has("along") && body.list("region").empty()) {
     end_cells_at_planes(*parts, body.text("along"), cloud);
     return;
   }
-  const bool are_served = !has_cracks(c) && cloud.has_areas && (!cloud.lattice || cloud.box_lattice);
-  if (!are_served) return;
   std::vector<std::vector<char>> separated = separated_parts(*parts, static_cast<int>(body.list("layer").size()));
-  if (!cloud.lattice || contacts_cut_cells(*parts, separated, cloud))
-    end_cells_between_points(parts, std::move(separated), cloud);
+  const bool are_served =
+      !cloud.axisymmetric && !has_cracks(c) && cloud.has_areas && (!cloud.lattice || cloud.box_lattice);
+  if (are_served && !cloud.lattice) return end_cells_between_points(parts, std::move(separated), cloud);
+  if (!contacts_cut_cells(*parts, separated, cloud)) return;
+  if (are_served) return end_cells_between_points(parts, std::move(separated), cloud);
+  cloud.notes.push_back(
+      "a contact runs through the cells of points, which is of first order in axisymmetric bodies, with cracks, and "
+      "with "
+      "regions on points of unequal spacings: put it midway between points where you can");
 }
 
 }  // namespace calor

@@ -84,6 +84,38 @@ TEST(ContactCells, MakeContactsOfSecondOrderOnJitteredClouds) {
   }
 }
 
+/// The same by a contact in a crack, with the conductance h; far from 4 W/(m^2 K) the temperatures are those of a body
+/// that conducts all the better or worse there.
+double error_of_contact_in_crack(const std::string& method, int points, double h, const std::string& jitter) {
+  constexpr double below = 0.3;
+  const double plane = 0.5 + 0.25 / (points - 1), slope = h < 1 ? 1e-9 : 1, above = below + 2 * slope / h;
+  const std::string formula = fmt::format(
+      "300 + cos(2*x)*((y < {0} ? {1} : {2})*cosh(2*(y-{0})) + {3}*sinh(2*(y-{0})))", plane, below, above, slope);
+  const std::string text =
+      box_case({"1 m", "1 m"}, {points, points}, method) + jitter + simple_material({.name = "a", .k = "1"}) +
+      fmt::format("[[crack]]\nx = [\"-0.2 m\", \"1.2 m\"]\ny = [\"{0} m\", \"{0} m\"]\ncontact = \"{1} W/(m^2 K)\"\n",
+                  plane, h) +
+      fmt::format(
+          "[boundary.edge]\non = [\"xmin\", \"xmax\", \"ymin\", \"ymax\"]\ntemperature = {{ formula = \"{}\", "
+          "unit = \"K\" }}\n[steady]\n",
+          formula);
+  return rms_error(text, [=](const Vec3& x) {
+    const double y = 2 * (x.y - plane);
+    return 300 + std::cos(2 * x.x) * ((y < 0 ? below : above) * std::cosh(y) + slope * std::sinh(y));
+  });
+}
+
+TEST(ContactCells, MakeContactsInCracksOfSecondOrderHoweverWellTheyConduct) {
+  for (const char* method : {"sph", "peridynamics"}) {
+    for (const double h : {0.1, 4.0, 1e5}) {
+      const double coarse = error_of_contact_in_crack(method, 11, h, ""),
+                   fine = error_of_contact_in_crack(method, 31, h, "");
+      EXPECT_GE(std::log(coarse / fine) / std::log(3), 1.6) << method << " " << h;
+      EXPECT_LE(fine, h < 1 ? 5e-3 : 1e-3) << method << " " << h;
+    }
+  }
+}
+
 /// A round region of 5 W/(m K) with 4 W/m^3 in it or everywhere, in a square of 1 W/(m K) with the exact temperatures
 /// on its walls: T = -r^2 or -2 R^2 log r outside, a jump of 2 R / h, and from there (R^2 - r^2)/5 inside.
 double error_of_round_region(const std::string& method, int points, bool heated_alone, MPI_Comm comm = MPI_COMM_SELF) {

@@ -18,6 +18,8 @@ namespace {
 
 constexpr double not_fixed = std::numeric_limits<double>::quiet_NaN();
 
+std::vector<double> ones(const Cloud& cloud) { return std::vector<double>(cloud.local(), 1); }
+
 Crack line(const Vec3& a, const Vec3& b, double contact = 0, double opens = 0) {
   return {.vertices = {a, b}, .contact = contact, .opens = opens};
 }
@@ -59,7 +61,7 @@ PairConduction with_crack(const Cloud& cloud, std::vector<Crack> cracks, double 
                           CorrectionReport* report = {}) {
   Cracked c = intact(cloud, smoothing);
   PairConduction pairs =
-      cracked_pairs(cloud, Parts(cloud), Cracks(cloud, std::move(cracks)), c.neighbours, c.G, c.report);
+      cracked_pairs(cloud, Parts(cloud), Cracks(cloud, std::move(cracks)), c.neighbours, c.G, ones(cloud), c.report);
   if (report) *report = c.report;
   return pairs;
 }
@@ -137,8 +139,8 @@ TEST(Cracks, HoldUpTheHeatOfTheExactCrackHoweverFarThePairsReach) {
     const Cloud cloud = square(20 << n);
     for (const bool bonds : {true, false}) {
       Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1.4);
-      const auto pairs =
-          cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G, c.report);
+      const auto pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack_of_the_plate}), c.neighbours, c.G,
+                                       ones(cloud), c.report);
       const PlateErrors e = plate_errors(cloud, pairs);
       std::printf("%s %d^2: rms %.2e, jump %.2e\n", bonds ? "bonds" : "h = 1.4 dx", 20 << n, e.rms, e.jump);
       EXPECT_LE(e.rms, rms[n]);
@@ -179,7 +181,7 @@ TEST(Cracks, LetHeatRunBesideThemAsInTheRestOfTheBody) {
     Cracked c = bonds ? intact_by_bonds(cloud, 2) : intact(cloud, 1);
     const double whole = rms(PairConduction(cloud, c.neighbours, c.G));
     const Cracks cut(cloud, {line({-1, 0, 0}, {1, 0, 0})});
-    const double cracked = rms(cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, c.report));
+    const double cracked = rms(cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, ones(cloud), c.report));
     std::printf("%s: whole %.2e, cut %.2e\n", bonds ? "bonds" : "h = dx", whole, cracked);
     EXPECT_LE(cracked, 2.5 * whole);
   }
@@ -199,7 +201,7 @@ TEST(Cracks, CutASquareIntoHalvesOfSecondOrderWhereverTheyLieBetweenItsRows) {
         std::optional<Cloud> copy;
         const Cloud& whole = without_cracks(cloud, copy);
         Cracked c = smoothing > 0 ? intact(whole, smoothing) : intact_by_bonds(whole, 2);
-        const auto pairs = cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, c.report);
+        const auto pairs = cracked_pairs(cloud, Parts(cloud), cut, c.neighbours, c.G, ones(cloud), c.report);
         std::vector<double> exact, fixed;
         for (int i = 0; i < cloud.owned; ++i) {
           const Vec3& x = cut.location(i);
@@ -339,8 +341,8 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   const Cracked c = intact(cloud, 1);
   Crack crack = crack_of_the_plate;
   crack.opens = 2;
-  PairConduction pairs =
-      cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack}), c.neighbours, c.G, const_cast<Cracked&>(c).report);
+  PairConduction pairs = cracked_pairs(cloud, Parts(cloud), Cracks(cloud, {crack}), c.neighbours, c.G, ones(cloud),
+                                       const_cast<Cracked&>(c).report);
   std::vector<double> T(cloud.local()), F_whole(cloud.owned), F_closed(cloud.owned), F_open(cloud.owned);
   for (int i = 0; i < cloud.local(); ++i) T[i] = std::sin(17.0 * i);
   const PairConduction whole(cloud, c.neighbours, c.G);
