@@ -119,9 +119,10 @@ class HeatSystem {
   /// dt <= 2 / bound. The same bits on any number of ranks. Collective.
   double rate_bound(double t, std::span<double> u);
   /// The same for explicit steps where the capacity is lumped. With parameters as degrees of freedom steps go by
-  /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: the bound above, times what its largest eigenvalue is to
-  /// that in a uniform body. Where what surfaces and sources exchange counts twice (`monotone`), no temperature passes
-  /// those of its neighbours and surroundings in steps up to 2 / bound, if all weights are positive. Collective.
+  /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: its largest eigenvalue in a uniform body, times the largest
+  /// diffusivity that a row sees, its row sum over that in the uniform body. Where what surfaces and sources exchange
+  /// counts twice (`monotone`), no temperature passes those of its neighbours and surroundings in steps up to 2 /
+  /// bound, if all weights are positive. Collective.
   static constexpr double monotone = 2;
   double explicit_rate_bound(double t, std::span<double> u, double exchange_factor = 1);
   /// The limit of stability of explicit Euler, s: by the largest eigenvalue where that is known, by the bound
@@ -176,9 +177,16 @@ class HeatSystem {
   void assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen, Mat J);
   /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
   void find_temperatures(std::span<const double> E, std::span<double> T);
-  double rate_of_values_over_bound();
-  /// Largest row sum over heat capacity, with a factor to those of surfaces and sources. Collective.
-  double largest_row_sum(double t, std::span<double> u, double exchange_factor);
+  /// A body with k = 1 W/(m K) and a heat capacity of 1 J/(m^3 K) whose degrees of freedom are parameters.
+  struct UniformBody {
+    double largest = 0;          ///< eigenvalue of V^-1 K Phi^-1 over the free points, 1/s
+    std::vector<double> of_row;  ///< row sums of V^-1 |K| of the owned points, 1/s
+  };
+  /// Collective.
+  UniformBody rates_of_uniform_body();
+  /// Largest row sum over heat capacity, with a factor to those of surfaces and sources, in parts of `unit`, if it is
+  /// given. Collective.
+  double largest_rate_of_rows(double t, std::span<double> u, double exchange_factor, std::span<const double> unit);
 
   const Cloud& cloud_;
   std::vector<MaterialField> materials_;
@@ -197,7 +205,7 @@ class HeatSystem {
   std::vector<double> per_volume_;  ///< 1 / V of the owned points, m^-3
   std::vector<double> H_, kept_;    ///< room
   bool has_massless_points_ = false, keeps_range_ = false;
-  double explicit_over_bound_ = 0;  ///< see explicit_rate_bound; 0: not yet known
+  std::optional<UniformBody> uniform_body_;  ///< once explicit_rate_bound has asked for it
 };
 
 }  // namespace calor

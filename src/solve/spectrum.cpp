@@ -18,9 +18,10 @@ double start_value(const Cloud& cloud, int i) {
 
 }  // namespace
 
-double HeatSystem::rate_bound(double t, std::span<double> u) { return largest_row_sum(t, u, 1); }
+double HeatSystem::rate_bound(double t, std::span<double> u) { return largest_rate_of_rows(t, u, 1, {}); }
 
-double HeatSystem::largest_row_sum(double t, std::span<double> u, double exchange_factor) {
+double HeatSystem::largest_rate_of_rows(double t, std::span<double> u, double exchange_factor,
+                                        std::span<const double> unit) {
   std::vector<double> sums(cloud_.owned), C(cloud_.owned);
   cloud_.halo.update(u);
   at_->begin(t, u);
@@ -33,15 +34,14 @@ double HeatSystem::largest_row_sum(double t, std::span<double> u, double exchang
   });
   double largest = 0;
   for (int i = 0; i < cloud_.owned; ++i)
-    if (role_[i] == Role::free) largest = std::max(largest, sums[i] / C[i]);
+    if (role_[i] == Role::free) largest = std::max(largest, sums[i] / C[i] / (unit.empty() ? 1 : unit[i]));
   return max(cloud_.comm, largest);
 }
 
 double HeatSystem::explicit_rate_bound(double t, std::span<double> u, double exchange_factor) {
-  const double bound = largest_row_sum(t, u, exchange_factor);
-  if (discretisation_.dofs->are_temperatures()) return bound;
-  if (explicit_over_bound_ == 0) explicit_over_bound_ = rate_of_values_over_bound();
-  return explicit_over_bound_ * bound;
+  if (discretisation_.dofs->are_temperatures()) return largest_rate_of_rows(t, u, exchange_factor, {});
+  if (!uniform_body_) uniform_body_ = rates_of_uniform_body();
+  return uniform_body_->largest * largest_rate_of_rows(t, u, exchange_factor, uniform_body_->of_row);
 }
 
 double HeatSystem::euler_limit(double t, std::span<double> u) {
@@ -49,19 +49,17 @@ double HeatSystem::euler_limit(double t, std::span<double> u) {
   return 2 / (discretisation_.dofs->are_temperatures() ? rate : std::max(rate, explicit_rate_bound(t, u)));
 }
 
-/// Largest eigenvalue of V^-1 K Phi^-1 of free points over the largest row sum of V^-1 |K|, with k = 1. Collective.
-double HeatSystem::rate_of_values_over_bound() {
+HeatSystem::UniformBody HeatSystem::rates_of_uniform_body() {
   std::size_t most = cloud_.x.size();
   for (const QuadraturePoints* points : discretisation_.locations) most = std::max(most, points->x.size());
   const std::vector<double> one(most, 1.0);
   const Conductivity k{.mean = Mean::arithmetic, .k = one, .dk_dT = {}, .theta = {}};
   const Conduction& conduction = *discretisation_.conduction;
-  std::vector<double> v(cloud_.owned), sums(cloud_.owned), F(cloud_.owned), u(cloud_.local());
-  conduction.add_row_sums(k, sums);
-  double row_sum = 0, before = 0, now = 0;
-  for (int i = 0; i < cloud_.owned; ++i)
-    if (role_[i] == Role::free) row_sum = std::max(row_sum, sums[i] / cloud_.volume[i]);
-  row_sum = max(cloud_.comm, row_sum);
+  std::vector<double> v(cloud_.owned), F(cloud_.owned), u(cloud_.local());
+  UniformBody body{.of_row = std::vector<double>(cloud_.owned)};
+  conduction.add_row_sums(k, body.of_row);
+  for (int i = 0; i < cloud_.owned; ++i) body.of_row[i] /= cloud_.volume[i];
+  double before = 0, now = 0;
   constexpr int steps = 100;  // of the power iteration
   constexpr double settled = 1e-3, margin = 1.05;
   for (int i = 0; i < cloud_.owned; ++i) v[i] = role_[i] == Role::free ? start_value(cloud_, i) : 0;
@@ -78,7 +76,8 @@ double HeatSystem::rate_of_values_over_bound() {
     before = std::exchange(now, std::sqrt(dot(cloud_.comm, v, v)));
     if (std::abs(now - before) < settled * now / steps) break;
   }
-  return row_sum > 0 ? margin * now / row_sum : 1;
+  body.largest = margin * now;
+  return body;
 }
 
 double HeatSystem::largest_rate(double t, std::span<double> u) {
