@@ -9,6 +9,7 @@
 
 #include "base/cache.hpp"
 #include "base/parallel.hpp"
+#include "case/values.hpp"
 #include "cloud/cracks.hpp"
 #include "cloud/points.hpp"
 #include "cloud/shapes.hpp"
@@ -40,7 +41,8 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   low = min(cloud.comm, low), high = max(cloud.comm, high);
   driving_sum = sum(cloud.comm, std::span(&driving_sum, 1));
   driving_count = sum(cloud.comm, std::span(&driving_count, 1));
-  driving_mean = driving_count > 0 ? driving_sum / driving_count : 293.15;
+  // Where all is at absolute zero, as what a body in space radiates to, radiation has no slope.
+  driving_mean = driving_sum > 0 ? driving_sum / driving_count : 293.15;
   if (!(low <= high)) low = high = driving_mean;
   return {.low = low, .high = high, .reference = driving_mean};
 }
@@ -128,6 +130,20 @@ void add_locations(std::vector<MaterialField>& materials, const Discretisation& 
     materials.emplace_back(materials.front(), points->x, points->tag, points->part);
 }
 
+/// Places of some points of the body, the same on all ranks. Collective.
+std::vector<Vec3> some_places(const Cloud& cloud) {
+  constexpr int most = 8;
+  std::vector<double> x(3 * most);
+  for (int i = 0; i < cloud.owned; ++i)
+    for (int n = 0; n < most; ++n)
+      if (cloud.id[i] == n * (cloud.count - 1) / (most - 1))
+        for (int a = 0; a < 3; ++a) x[3 * n + a] = cloud.x[i][a];
+  add_up(cloud.comm, x);
+  std::vector<Vec3> places;
+  for (int n = 0; n < most; ++n) places.push_back({x[3 * n], x[3 * n + 1], x[3 * n + 2]});
+  return places;
+}
+
 double number(const MethodReport& report, const std::string& name) {
   const auto found = report.find(name);
   return found == report.end() ? 0 : found->second;
@@ -183,6 +199,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
     m.T_start.assign(m.cloud->owned, driving_mean);
   }
   m.range.reference = volume_mean(*m.cloud, m.T_start);
+  if (!steady) *c.context().course = {c.section("time").number("end"), some_places(*m.cloud), m.range.reference};
 
   Discretisation discretisation;
   std::vector<MaterialField> materials;

@@ -226,10 +226,12 @@ Function Function::constant(double value, const SourceLocation& location) {
 
 Function Function::formula(const std::string& expression, const FormulaUnits& units,
                            const std::map<std::string, double>& parameters, const SourceLocation& location,
-                           std::vector<double> events, const LengthsOfPlace& lengths) {
+                           std::vector<double> events, const LengthsOfPlace& lengths,
+                           std::shared_ptr<const Course> course) {
   auto formula = std::make_unique<Formula>(expression, units, parameters, location, lengths);
   Function function(std::make_shared<OfPlaceTimeTemperature>(std::move(formula), location));
   function.events_ = sorted(std::move(events));
+  if (function.depends_on_time()) function.course_ = std::move(course);
   return function;
 }
 
@@ -262,6 +264,10 @@ Function Function::with_breaks(std::vector<double> times) const {
   times.insert(times.end(), events_.begin(), events_.end());
   function.events_ = sorted(std::move(times));
   return function;
+}
+
+std::vector<double> Function::events() const {
+  return events_.empty() && course_ && course_->end > 0 ? changes(*course_) : events_;
 }
 
 bool Function::depends_on_place() const { return kind_->on.place; }

@@ -37,16 +37,25 @@ struct LengthOfPlace {
 };
 using LengthsOfPlace = std::map<std::string, std::shared_ptr<LengthOfPlace>>;
 
+/// The run that formulas of time are made for, known as late as the lengths above: before, `end` is 0.
+struct Course {
+  double end = 0;            ///< s
+  std::vector<Vec3> places;  ///< some of the body, the same on all ranks
+  double T = 300;            ///< a temperature of it, K
+};
+
 /// Cheap to copy. Copies of a formula share its parser: not for several threads at once.
 class Function {
  public:
   Function();  ///< zero
   static Function constant(double value, const SourceLocation& location = {});
   /// muparser expression in x, y, z, r, t, T, pi, e, named parameters and lengths. r = sqrt(x^2 + y^2); log is ln.
-  /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see events().
+  /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see events(), which finds
+  /// them by itself if there are none and the course of the run is known.
   static Function formula(const std::string& expression, const FormulaUnits& units,
                           const std::map<std::string, double>& parameters = {}, const SourceLocation& location = {},
-                          std::vector<double> events = {}, const LengthsOfPlace& lengths = {});
+                          std::vector<double> events = {}, const LengthsOfPlace& lengths = {},
+                          std::shared_ptr<const Course> course = {});
   static Function of_temperature(Curve curve, const SourceLocation& location = {});
   static Function of_time(Curve curve, const SourceLocation& location = {});
   /// Constant in layers stacked along axis 0..2 from coordinate `start` upwards. At an interface (within 1e-9 of the
@@ -86,16 +95,20 @@ class Function {
 
   /// f(T) as a curve over [lo, hi]; only for functions of temperature alone (or constants).
   Curve curve(double lo, double hi) const;
-  /// Times at which a function of time jumps or has a kink, ascending: time steps land on them.
-  std::vector<double> events() const { return events_; }
+  /// Times at which a function of time jumps or has a kink, or begins to change after it has stood still, ascending:
+  /// time steps land on them.
+  std::vector<double> events() const;
   const SourceLocation& location() const;
 
   struct Kind;
 
  private:
   explicit Function(std::shared_ptr<const Kind> kind);
+  /// Jumps, and where it begins to change, found from many values over the run.
+  std::vector<double> changes(const Course& course) const;
   std::shared_ptr<const Kind> kind_;
   std::vector<double> events_;
+  std::shared_ptr<const Course> course_;
 };
 
 /// A function at fixed points: what depends on place alone is evaluated once and kept.

@@ -21,7 +21,9 @@ const Key time_unit{"time", Kind::text, "", "s", "Unit of the times."};
 const Key temperature_unit{"temperature", Kind::text, "", "K", "Unit of the temperatures."};
 const Key argument_key{"of", Kind::choice, "", optional, "What a table goes by.", {"temperature", "time"}};
 const Key interpolation_key{"interpolation", Kind::choice, "", "linear", "Between rows.", {"linear", "cubic"}};
-const Key breaks_key{"breaks", Kind::quantities, "s", optional, "Times at which the formula jumps or has a kink."};
+const Key breaks_key{
+    "breaks", Kind::quantities, "s", optional,
+    "Times at which the formula jumps or has a kink; without them jumps are looked for, at 10,000 times of the run."};
 const Key along_key{"along", Kind::choice, "", required, "Axis across the layers.", {"x", "y", "z"}};
 const Key thickness_key{"thickness", Kind::quantities, "m", required, "Of all layers, or one a layer."};
 const Key start_key{"start", Kind::quantity, "m", "0 m", "Where the first layer begins."};
@@ -47,7 +49,8 @@ Function read_formula(const FunctionTable& parts, const Context& context) {
                            .temperature = parts.unit(temperature_unit, "K")};
   const Value* events = parts.find(breaks_key);
   return Function::formula(context.expanded(expression), units, context.parameters, text.location,
-                           events ? read_numbers(*events, breaks_key) : std::vector<double>{}, context.lengths);
+                           events ? read_numbers(*events, breaks_key) : std::vector<double>{}, context.lengths,
+                           context.course);
 }
 
 /// Rows of a table in SI; `locations`: where they stand.

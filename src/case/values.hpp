@@ -17,7 +17,8 @@ struct Context {
   std::map<std::string, double> parameters;     ///< of formulas
   std::map<std::string, std::string> formulas;  ///< [function], that others may use by name; complete in themselves
   LengthsOfPlace lengths;                       ///< of formulas: the names of [cloud.distance]
-  std::map<std::string, Function::Callback> callbacks;  ///< of the program that reads the case
+  std::shared_ptr<Course> course = std::make_shared<Course>();  ///< of formulas of time
+  std::map<std::string, Function::Callback> callbacks;          ///< of the program that reads the case
   /// The formula with the text of those that it names in their place.
   std::string expanded(const std::string& formula) const;
   std::string path_of(const std::string& file) const;

@@ -143,7 +143,7 @@ std::vector<std::vector<Fibre>> fibres_of(const Cloud& cloud, const Parts& parts
     const Parts::Segment& line = ways[n].line;
     segments.push_back(line);
     for (const Piece& piece : faces[n])
-      segments.push_back({line.a + piece.offset, line.b + piece.offset, line.tag_a, line.tag_b});
+      segments.push_back({line.a + piece.offset, line.b + piece.offset, line.tag_a, line.tag_b, line.spacings});
   }
   const Parts::Pieces pieces = parts.along(segments);
   std::vector<std::vector<Fibre>> out(ways.size());
@@ -191,6 +191,20 @@ std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts) {
     for (int i = 0; i < cloud.local(); ++i)
       one[i] = one[i] && part[i] == own[i] && !parts.has_plane_between(first[i], corner[i]);
   }
+  if (!parts.has_regions()) return one;
+  // So may a thin region: across the lines that pairs run along.
+  for (int a = 0; a < cloud.dimension; ++a) {
+    std::vector<Parts::Segment> lines;
+    for (int i = 0; i < cloud.local(); ++i) {
+      const auto [low, high] = cloud.lattice->cell(a, cloud.lattice->index(cloud.id[i])[a]);
+      Parts::Segment line{cloud.x[i], cloud.x[i], cloud.tag[i], cloud.tag[i]};
+      const double inset = round_off * (high - low);
+      line.a[a] = low + inset, line.b[a] = high - inset;
+      lines.push_back(line);
+    }
+    const Parts::Pieces pieces = parts.along(lines);
+    for (int i = 0; i < cloud.local(); ++i) one[i] = one[i] && pieces.of(i).size() == 1;
+  }
   return one;
 }
 
@@ -201,10 +215,15 @@ std::vector<std::vector<Fibre>> fibres(const Cloud& cloud, const Parts& parts,
   for (const auto& [a, b] : pairs) {
     const LatticeIndex cell = cloud.lattice->index(cloud.id[a]), other = cloud.lattice->index(cloud.id[b]);
     std::vector<int> axes;  // on which the points do not differ
-    for (int axis = 0; axis < cloud.dimension; ++axis)
+    int spacings = 1;
+    for (int axis = 0; axis < cloud.dimension; ++axis) {
       if (cell[axis] == other[axis]) axes.push_back(axis);
-    ways.push_back(
-        {{cloud.x[a], cloud.x[b], cloud.tag[a], cloud.tag[b]}, own[a], own[b], face_of(*cloud.lattice, cell, axes)});
+      spacings = std::max(spacings, static_cast<int>(std::abs(cell[axis] - other[axis])));
+    }
+    ways.push_back({{cloud.x[a], cloud.x[b], cloud.tag[a], cloud.tag[b], spacings},
+                    own[a],
+                    own[b],
+                    face_of(*cloud.lattice, cell, axes)});
   }
   return fibres_of(cloud, parts, ways);
 }

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <map>
 #include <tuple>
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "cloud/lattice.hpp"
 #include "conduction/fibres.hpp"
 #include "conduction/pair_directions.hpp"
 #include "conduction/pair_flux.hpp"
@@ -19,6 +21,8 @@ namespace {
 
 /// A piece shorter than this part of the way is round-off.
 constexpr double shortest_piece = 1e-9;
+/// Of a spacing.
+constexpr double round_off = 1e-6;
 
 }  // namespace
 
@@ -37,6 +41,20 @@ class SeriesPairs::Builder {
       for (const int i : places.place) ++parts_here_[i];
   }
 
+  /// Marks the points that see another part, at a neighbour or beside it, and their neighbours: what is between them
+  /// and a point of their own part may be of another. Collective.
+  void mark_near() {
+    std::vector<double> sees(cloud_.local());
+    for (std::int32_t i = 0; i < cloud_.local(); ++i) sees[i] = is_divided(i);
+    for (std::int32_t i = 0; i < cloud_.owned; ++i)
+      for (const std::int32_t j : neighbours_.of(i)) sees[i] = sees[i] > 0 || own_[j] != own_[i] || is_divided(j);
+    cloud_.halo.update(std::span<double>(sees));
+    near_ = sees;
+    for (std::int32_t i = 0; i < cloud_.owned; ++i)
+      for (const std::int32_t j : neighbours_.of(i)) near_[i] = std::max(near_[i], sees[j]);
+    cloud_.halo.update(std::span<double>(near_));
+  }
+
   void add_pairs(std::span<const CrackBond> bonds) {
     collect(bonds);
     on_lattice() ? add_in_fibres(bonds) : add_along_lines(bonds);
@@ -46,10 +64,27 @@ class SeriesPairs::Builder {
   struct Candidate {
     std::int32_t a, b;
     std::int64_t entry;  // of the direction that is looked at
+    bool may_be_inside;  // of one part, if nothing lies between its ends
   };
 
   /// Cells that are known as boxes tell how much of a pair's heat runs through which part.
   bool on_lattice() const { return cloud_.lattice && parts_.count() > 1; }
+
+  /// Does the cell of a local point hold several parts?
+  bool is_divided(int i) const { return parts_here_[i] > 1 || (!one_part_.empty() && !one_part_[i]); }
+
+  /// By steps from point to point along the axes on a lattice, by the metric elsewhere.
+  int spacings_between(int a, int b) const {
+    double most = 1;
+    if (!cloud_.lattice) {
+      most = norm(quotient(cloud_.x[b] - cloud_.x[a], cloud_.mean_metric(a, b)));
+    } else {
+      const LatticeIndex at = cloud_.lattice->index(cloud_.id[a]), to = cloud_.lattice->index(cloud_.id[b]);
+      for (int axis = 0; axis < cloud_.dimension; ++axis)
+        most = std::max(most, static_cast<double>(std::abs(to[axis] - at[axis])));
+    }
+    return static_cast<int>(std::ceil(most - round_off));
+  }
 
   void add_along_lines(std::span<const CrackBond> bonds) {
     std::vector<Parts::Segment> segments;
@@ -57,7 +92,7 @@ class SeriesPairs::Builder {
     std::vector<int> tags;
     std::vector<double> size;
     for (const Candidate& c : candidates_) {
-      segments.push_back({cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b]});
+      segments.push_back({cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b], spacings_between(c.a, c.b)});
       middle.push_back(0.5 * (cloud_.x[c.a] + cloud_.x[c.b]));
       tags.push_back(cloud_.tag[c.a]);
       size.push_back(0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]));
@@ -72,6 +107,7 @@ class SeriesPairs::Builder {
     }
     for (std::size_t n = 0; n < candidates_.size(); ++n) {
       const Candidate& c = candidates_[n];
+      if (c.may_be_inside && pieces.of(n).size() == 1) continue;
       const double G = G_[c.entry];
       remove_weights(c);
       if (shares[n].size() > 1 && parts_here_[c.a] > 1 && parts_here_[c.b] > 1)
@@ -87,6 +123,7 @@ class SeriesPairs::Builder {
     const auto of_pair = fibres(cloud_, parts_, ends);
     for (std::size_t n = 0; n < candidates_.size(); ++n) {
       const Candidate& c = candidates_[n];
+      if (c.may_be_inside && of_pair[n].size() == 1 && of_pair[n][0].run.size() == 1) continue;
       const double G = G_[c.entry];
       remove_weights(c);
       for (const Fibre& f : of_pair[n]) split_by_cracks(c, bonds, across(c, f.segment, f.run, f.share * G));
@@ -101,12 +138,12 @@ class SeriesPairs::Builder {
       for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
         const std::int32_t j = neighbours_.column[n];
         if (j < cloud_.owned && cloud_.id[j] < cloud_.id[i]) continue;
-        const bool inside = own_[i] == own_[j] && parts_here_[i] == 1 && parts_here_[j] == 1 &&
-                            (one_part_.empty() || (one_part_[i] && one_part_[j])) &&
-                            !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
+        const bool ends_alike = own_[i] == own_[j] && !is_divided(i) && !is_divided(j) &&
+                                !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
+        const bool inside = ends_alike && (!(near_[i] || near_[j]) || (cloud_.lattice && spacings_between(i, j) == 1));
         if (inside && !is_cracked[n]) continue;
         const auto [a, b] = cloud_.id[i] < cloud_.id[j] ? std::pair(i, j) : std::pair(j, i);
-        candidates_.push_back({a, b, n});
+        candidates_.push_back({a, b, n, ends_alike && !is_cracked[n]});
       }
     }
     std::ranges::sort(candidates_, {}, [&](const Candidate& c) { return std::pair(cloud_.id[c.a], cloud_.id[c.b]); });
@@ -243,6 +280,7 @@ class SeriesPairs::Builder {
   std::span<const Symmetric3> R_;
   std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
   std::vector<char> one_part_;         // of the local points of a lattice: does its cell hold one alone?
+  std::vector<double> near_;           // 1 or 0, of the local points
   std::vector<Candidate> candidates_;
   std::map<std::pair<std::int32_t, int>, std::int32_t> known_;
 };
@@ -254,11 +292,10 @@ SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbour
   const bool has_bonds = any(cloud.comm, !cracks.bonds.empty());
   if (parts.count() == 1 && !has_bonds) return;
   exist_ = true;
-  collective_try(cloud.comm, [&] {
-    Builder builder(*this, cloud, parts, neighbours, G, R);
-    builder.find_parts();
-    builder.add_pairs(cracks.bonds);
-  });
+  Builder builder(*this, cloud, parts, neighbours, G, R);
+  collective_try(cloud.comm, [&] { builder.find_parts(); });
+  builder.mark_near();
+  collective_try(cloud.comm, [&] { builder.add_pairs(cracks.bonds); });
   fit_contacts_to_areas(parts);
   collective_try(cloud.comm, [&] { add_constant_contacts(); });
   depends_on_T_ = any(cloud.comm, !laws_.empty());

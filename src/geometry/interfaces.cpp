@@ -10,7 +10,7 @@
 namespace calor {
 
 std::vector<double> Parts::samples(const Segment& segment) const {
-  constexpr int equal_parts = 8;  // thinner regions than that between two points are not seen
+  const int equal_parts = 8 * segment.spacings;  // thinner regions than that are not seen
   std::vector<double> s = {0, 1};
   const int axis = layers_.axis;
   if (axis >= 0 && segment.a[axis] != segment.b[axis]) {  // layers of any thickness are

@@ -46,6 +46,7 @@ class Parts {
   /// Conductance of the contact between two parts that meet, W/(m^2 K); null: they touch.
   const Function* contact(int part, int other) const;
   bool has_contacts() const { return has_contacts_; }
+  bool has_regions() const { return !regions_.empty(); }
 
   /// The part of every place; on an interface one of those that meet there. `tag`: of the point that the place belongs
   /// to. Throws Error(bad_case), maybe on one rank alone, for a place that no part holds.
@@ -61,6 +62,7 @@ class Parts {
   struct Segment {
     Vec3 a, b;
     int tag_a = 0, tag_b = 0;
+    int spacings = 1;  ///< that it is long, rounded up
   };
   /// What every segment runs through, in order; each begins in the part of its place a and ends in that of b. Rows of
   /// pieces: those of segment s are piece[row[s]] .. piece[row[s+1]].

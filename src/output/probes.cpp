@@ -173,7 +173,8 @@ struct View {
   std::vector<Candidate> points;
 };
 
-/// What a probe at p sees: in the part that it lies in, or on an interface from every side.
+/// What a probe at p sees: in the part that it lies in, or on an interface from every side. Nothing where that part has
+/// no point near.
 std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const Vec3& p,
                            const std::vector<Candidate>& near) {
   const auto [parts, cracks] = obstacles;
@@ -211,7 +212,6 @@ std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const
   for (View& view : views)
     if (cracks) std::erase_if(view.points, [&](const Candidate& c) { return cracks->separate(p, c.side); });
   std::erase_if(views, [](const View& view) { return view.points.empty(); });
-  if (views.empty()) views.push_back({0, 1, near});  // a part without points
   for (View& view : views) view.share = 1.0 / static_cast<double>(views.size());
   return views;
 }
@@ -293,6 +293,14 @@ void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& pla
     else
       views = views_of(cloud, obstacles, place, near);
   });
+  if (views.empty()) {
+    notes_.push_back(
+        fmt::format("{}: probe '{}' lies in a part of the body that holds no point near it: what it shows comes from "
+                    "points of other parts, without what lies between; put points there (on walls, or closer ones), or "
+                    "expect the mean of the face",
+                    in_case.text(), name));
+    views.push_back({0, 1, near});
+  }
   int slot = first_slot_.back();
   for (View& view : views) {
     const std::size_t enough = most[cloud.dimension - 1];

@@ -77,6 +77,30 @@ TEST(Fibres, FlowAlongAWireIsExactWhereverItsEdgesLie) {
   EXPECT_LE(flow.between, 1e-9);
 }
 
+TEST(Fibres, PairsThatJumpOverAThinRegionRunThroughIt) {
+  // An insulator across a metal bar, from a fifth of the spacing to twice of it, wherever it lies: resistances in
+  // series.
+  int n = 0;
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    for (const char* jitter : {"0", "0.2"}) {
+      for (const double thickness : {0.01, 0.025, 0.05, 0.08, 0.1}) {
+        const double begin = 0.5 - (0.5 + 0.4 * scattered(++n)) * thickness, end = begin + thickness;
+        SCOPED_TRACE(fmt::format("{}, jitter {}: {} to {} m", method, jitter, begin, end));
+        const CaseModel m(
+            box_case({"1 m", "0.5 m"}, {21, 11}, method) + fmt::format("jitter = {}\n", jitter) +
+            simple_material({.name = "metal", .k = "400"}) + simple_material({.name = "insulator", .k = "0.1"}) +
+            "[body]\nmaterial = \"metal\"\n" +
+            fmt::format("region = [{{ material = \"insulator\", where = \"x > {} && x < {}\" }}]\n", begin, end) +
+            "[steady]\n[boundary.hot]\non = \"xmin\"\ntemperature = \"400 K\"\n"
+            "[boundary.cold]\non = \"xmax\"\ntemperature = \"300 K\"\n");
+        const State state = m.steady();
+        const std::vector<double> power = m.rates(0, state.T).power;
+        EXPECT_NEAR(power[0] / (100 * 0.5 / ((1 - thickness) / 400 + thickness / 0.1)), 1, 1e-7);
+      }
+    }
+  }
+}
+
 TEST(Fibres, WhatLiesBeyondAContactConductsByThePointsThere) {
   // Layers end at the contact, so do their cells: it changes nothing for heat that runs along. The slice of a region in
   // the cells of the points around it hangs on nothing but the contact: it is left to the region's points.
