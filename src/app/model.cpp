@@ -16,6 +16,7 @@
 #include "geometry/contact_cells.hpp"
 #include "output/probes.hpp"
 #include "solve/initial.hpp"
+#include "solve/integrator.hpp"
 #include "solve/twin.hpp"
 
 namespace calor {
@@ -164,6 +165,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   Model m{.description = c, .cloud = nullptr, .weights = {}, .notes = {}, .system = nullptr, .T_start = {}};
   const Method& method = chosen_method(c);
   const bool steady = is_steady(c);
+  if (steady) check_steady(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
   const SourceLocation cloud_location = location_of_points(c.section("cloud"));
   const Support support = method.support(c);

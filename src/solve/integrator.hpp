@@ -77,6 +77,8 @@ struct SteadyReport {
   double imbalance = 0, flow = 0;  ///< W
   bool at_round_off = false;       ///< the imbalance fell no further, short of the tolerance
 };
+/// Refuses numbers of [steady] that make no sense.
+void check_steady(const Case& c);
 /// Newton (SNES) with the exact Jacobian from state.T; fills T and E. Throws Error(numbers) without convergence.
 SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state);
 

@@ -201,14 +201,18 @@ class SteadyState {
 
 }  // namespace
 
+void check_steady(const Case& c) {
+  const Table steady = c.section("steady");
+  if (const double relative = steady.number("tolerance"); !(relative > 0))
+    steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
+  if (const auto most = steady.integer("iterations"); most < 1)
+    steady.refuse("iterations", fmt::format("{} iterations", most), "give at least 1");
+}
+
 SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   const Table steady = c.section("steady");
   const double relative = steady.number("tolerance");
-  if (!(relative > 0))
-    steady.refuse("tolerance", fmt::format("a tolerance of {} is not positive", relative), "take 1e-11");
   const int most_iterations = static_cast<int>(steady.integer("iterations"));
-  if (most_iterations < 1)
-    steady.refuse("iterations", fmt::format("{} iterations", most_iterations), "give at least 1");
 
   RangeWatch watch;
   watch.begin(system, state);

@@ -202,6 +202,22 @@ TEST(Function, OfTimeBreaksAtItsKinks) {
   EXPECT_TRUE(formula("t").events().empty());
 }
 
+TEST(Function, OfTimeByAFormulaTellsWhereItJumpsOrBeginsToChange) {
+  const auto course = std::make_shared<Course>();
+  const auto events = [&](const char* text) { return Function::formula(text, {}, {}, {}, {}, {}, course).events(); };
+  EXPECT_TRUE(events("t > 3 ? 1 : 0").empty());  // before the run is known
+  *course = {.end = 10, .places = {{0, 0, 0}, {1, 0, 0}}};
+  const auto expect_near = [](const std::vector<double>& found, const std::vector<double>& expected, double within) {
+    ASSERT_EQ(found.size(), expected.size());
+    for (std::size_t n = 0; n < found.size(); ++n) EXPECT_NEAR(found[n], expected[n], within);
+  };
+  expect_near(events("t > 3 && t < pi ? 1 : 0"), {3, std::numbers::pi}, 1e-12);
+  expect_near(events("x > 0.5 && t > 7 ? 1 : 0"), {7}, 1e-12);  // at one of the places
+  expect_near(events("1 + exp(-((t - 5)/0.1)^2)"), {4.68}, 0.1);
+  expect_near(events("t < 4 ? log(4 - t) : log(-1)"), {}, 0);  // it fails from 4 s on
+  for (const char* smooth : {"t", "sin(2*t)", "exp(-t)", "x + 3"}) EXPECT_TRUE(events(smooth).empty()) << smooth;
+}
+
 TEST(Function, OfLayersIsConstantInEachAndTheMeanBetweenTwo) {
   const Function f = Function::layers(2, 0.5, {1, 2, 1}, {10, 20, 40}, here);
   EXPECT_TRUE(f.is_layered());

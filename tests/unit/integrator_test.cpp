@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "app/run.hpp"
 #include "case_models.hpp"
@@ -718,6 +719,72 @@ integrator = "tr-bdf2"
   const auto numbers = end_of("steady_below = \"1e-4 K/s\"\n");
   EXPECT_GE(numbers.at("end"), 0.95 * expected);
   EXPECT_LE(numbers.at("end"), expected + 2 * numbers.at("largest_step"));
+}
+
+TEST(SteadyState, DoesNotEndARunBeforeASourceBegins) {
+  // 1 W/m^2 from 50 s on, into a wall that is held on its other side: 1 K more in the end.
+  const std::string text = box_case({"1 m"}, {9}) + simple + R"toml(
+[initial]
+temperature = "0 K"
+[boundary.xmin]
+temperature = "0 K"
+[boundary.xmax]
+flux = { formula = "t > 50 ? 1 : 0", unit = "W/m^2" }
+[probe]
+hot = ["1 m"]
+[time]
+end = "100 s"
+integrator = "tr-bdf2"
+steady_below = "1e-6 K/s"
+)toml";
+  const RunResult result = run_into("", text);
+  EXPECT_GT(result.numbers.at("end"), 55);
+  EXPECT_LT(result.numbers.at("end"), 65);
+  EXPECT_NEAR(result.highest.T, 1, 1e-4);
+}
+
+TEST(Integrators, DoNotStepOverAPulseThatAFormulaGives) {
+  // What a body at rest is given in a thousandth of the run warms it by 100 K, whatever the shape of the pulse in time.
+  for (const char* pulse : {"t > 0.5 && t < 0.501 ? 1e5 : 0", "1e4*exp(-pi*((t - 0.5)/0.01)^2)"}) {
+    SCOPED_TRACE(pulse);
+    const CaseModel m(box_case({"1 m"}, {9}) + simple + "[initial]\ntemperature = \"300 K\"\n" +
+                      fmt::format("[boundary.xmin]\nflux = {{ formula = \"{}\", unit = \"W/m^2\" }}\n", pulse) +
+                      "[time]\nend = \"1 s\"\nintegrator = \"tr-bdf2\"\n");
+    State state = m.start();
+    const double E = std::accumulate(state.E.begin(), state.E.end(), 0.0);
+    make_integrator(m.description(), m.system(), state)->advance(m.system(), state, 1, [](const State&) {
+      return true;
+    });
+    EXPECT_NEAR(std::accumulate(state.E.begin(), state.E.end(), 0.0) - E, 100, 0.05);
+  }
+}
+
+TEST(Integrators, AreStableByExplicitStepsOfMlpgWhereTheDiffusivityGrowsAsItCools) {
+  // Ice and the like: 8 times the diffusivity where it is cold, near the wall. Against implicit steps.
+  const auto at_end = [](const std::string& integrator) {
+    const CaseModel m(box_case({"0.1 m"}, {21}, "mlpg") + R"toml(
+[mlpg]
+capacity = "one-point"
+[material.m]
+conductivity = { table = [[200, 4], [300, 1]], unit = "W/(m K)", temperature = "K" }
+density = "1000 kg/m^3"
+specific_heat = { table = [[200, 2000], [300, 4000]], unit = "J/(kg K)", temperature = "K" }
+[initial]
+temperature = "300 K"
+[boundary.xmin]
+temperature = "200 K"
+[time]
+end = "1 h"
+)toml" + "integrator = \"" +
+                      integrator + "\"\n");
+    State state = m.start();
+    make_integrator(m.description(), m.system(), state)->advance(m.system(), state, 3600, [](const State&) {
+      return true;
+    });
+    return m.system().temperatures(state.T);
+  };
+  const auto euler = at_end("euler"), implicit = at_end("tr-bdf2");
+  for (std::size_t i = 0; i < euler.size(); ++i) EXPECT_NEAR(euler[i], implicit[i], 0.2);
 }
 
 }  // namespace
