@@ -84,7 +84,8 @@ int wait_for(pid_t mpiexec, const sigset_t& watched, int& received) {
   int next = 0, status = 0;
   timespec timeout{.tv_sec = 3600, .tv_nsec = 0};
   while (true) {
-    const int number = sigtimedwait(&watched, nullptr, &timeout);
+    int number = sigtimedwait(&watched, nullptr, &timeout);
+    if (number == SIGUSR1) number = SIGINT;  // what batch systems send; ranks take it for the same
     if (waitpid(mpiexec, &status, WNOHANG) == mpiexec) return status;
     const bool is_signal = number > 0 && number != SIGCHLD;
     if (is_signal && !std::exchange(received, number) && signal_ranks(number) > 0) {
@@ -121,7 +122,7 @@ Launched launch(int ranks, const std::vector<std::string>& arguments) {
 
   sigset_t watched, before;
   sigemptyset(&watched);
-  for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGCHLD}) sigaddset(&watched, signal);
+  for (int signal : {SIGINT, SIGTERM, SIGHUP, SIGUSR1, SIGCHLD}) sigaddset(&watched, signal);
   sigprocmask(SIG_BLOCK, &watched, &before);
   const pid_t self = getpid(), child = fork();
   if (child < 0) refuse(std::strerror(errno));

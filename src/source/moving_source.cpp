@@ -104,7 +104,10 @@ class MovingSource final : public Source {
     const auto pose = path_.at(t);
     return pose ? efficiency_ * part_ * pose->power : 0;
   }
-  std::optional<double> energy_asked(double t) const override { return efficiency_ * part_ * path_.energy(t); }
+  std::optional<double> energy_asked(double t) const override {
+    const auto energy = path_.energy(t);
+    return energy ? std::optional(efficiency_ * part_ * *energy) : std::nullopt;
+  }
   double longest_step(double begin, double end) const override {
     const double speed = path_.fastest(begin, end);
     return speed > 0 ? 0.3 * profile_.sigma / speed : infinity;

@@ -137,6 +137,10 @@ Path::Path(std::vector<Segment> segments) : segments_(std::move(segments)), dire
   }
 }
 
+Path::Path(const Vec3& place, Function power) : Path({{0, std::numeric_limits<double>::max(), place, place, 0, 0}}) {
+  power_ = std::move(power);
+}
+
 Path Path::read(const Table& source, int dimension) {
   const std::vector<Table> passes = source.list("pass");
   const int given = !passes.empty() + source.has("path") + source.has("at");
@@ -150,8 +154,13 @@ Path Path::read(const Table& source, int dimension) {
   if (source.has("path")) return Path(read_file(source, dimension));
   if (!source.has("power")) source.refuse("", fmt::format("[{}] has no power", source.path()), "add power = \"2 kW\"");
   const Vec3 place = place_of(source, "at", dimension);
-  const double power = power_of(source);
-  return Path({{0, std::numeric_limits<double>::max(), place, place, power, power}});
+  const Function power = source.function("power");
+  if (power.depends_on_place() || power.depends_on_temperature())
+    source.refuse("power", "the power of a source with a profile depends on place or temperature",
+                  "give a number, or a function of time alone");
+  if (power.depends_on_time()) return {place, power};
+  const double constant = positive_power(source, power());
+  return Path({{0, std::numeric_limits<double>::max(), place, place, constant, constant}});
 }
 
 std::optional<Pose> Path::at(double t) const {
@@ -160,12 +169,20 @@ std::optional<Pose> Path::at(double t) const {
   const Segment& p = *std::prev(next);
   if (t > p.end) return std::nullopt;
   const double s = (t - p.begin) / (p.end - p.begin);
+  if (power_) {
+    const double power = (*power_)({}, t);
+    if (power < 0)
+      throw Error(Fault::numbers, power_->location(), fmt::format("the power is {:.6g} W at t = {:.6g} s", power, t),
+                  "give a positive one, or 0");
+    return Pose{.place = p.from, .direction = direction_[0], .power = power};
+  }
   return Pose{.place = p.from + s * (p.to - p.from),
               .direction = direction_[&p - segments_.data()],
               .power = p.power_from + s * (p.power_to - p.power_from)};
 }
 
-double Path::energy(double t) const {
+std::optional<double> Path::energy(double t) const {
+  if (power_) return std::nullopt;
   double energy = 0;
   for (const Segment& p : segments_) {
     const double begin = std::max(p.begin, 0.0), end = std::min(p.end, t);
@@ -179,6 +196,7 @@ double Path::energy(double t) const {
 }
 
 std::vector<double> Path::events() const {
+  if (power_) return power_->events();
   std::vector<double> times;
   for (std::size_t n = 0; n < segments_.size(); ++n) {
     const Segment& p = segments_[n];

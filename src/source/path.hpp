@@ -3,6 +3,7 @@
 #include <optional>
 #include <vector>
 
+#include "base/function.hpp"
 #include "base/vec3.hpp"
 #include "case/case.hpp"
 #include "case/schema.hpp"
@@ -27,13 +28,15 @@ class Path {
 
   /// Segments in order of time; where they leave gaps the source is off.
   explicit Path(std::vector<Segment> segments);
+  /// A source at rest, whose power may be a function of time, W.
+  Path(const Vec3& place, Function power);
   /// The path that a [source.NAME] gives by [[source.NAME.pass]], `path` or `at`. Throws Error(bad_case).
   static Path read(const Table& source, int dimension);
 
   /// Nothing while the source is off. Where two segments meet the later one counts.
   std::optional<Pose> at(double t) const;
-  /// Energy given since t = 0, J.
-  double energy(double t) const;
+  /// Energy given since t = 0, J; nothing where the power is a function of time.
+  std::optional<double> energy(double t) const;
   /// Times at which place, power or velocity jump, ascending.
   std::vector<double> events() const;
   /// Largest speed between two times, m/s.
@@ -42,7 +45,8 @@ class Path {
 
  private:
   std::vector<Segment> segments_;
-  std::vector<Vec3> direction_;  ///< of every segment
+  std::vector<Vec3> direction_;    ///< of every segment
+  std::optional<Function> power_;  ///< in place of the segments' own
 };
 
 /// Refuses the keys of power and path in a source that has no use for them.

@@ -309,6 +309,9 @@ class Contract(unittest.TestCase):
     def test_an_interrupted_run_on_two_processes_stays_readable(self):
         self.interrupt("-j", "2", number=signal.SIGINT, code=130)
 
+    def test_a_run_on_two_processes_that_a_batch_system_warns_stays_readable(self):
+        self.interrupt("-j", "2", number=signal.SIGUSR1, code=130)
+
     def test_a_terminated_run_on_two_processes_stays_readable_also_where_mpiexec_passes_no_signal_on(self):
         # As with plug-ins that take the signals of mpiexec.
         (self.here / "bin").mkdir()

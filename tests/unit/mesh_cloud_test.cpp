@@ -287,6 +287,22 @@ TEST(MeshCloud, GivesPointsBetweenTwoGroupsToTheLargerShare) {
   EXPECT_EQ(p.points[4].tag, 2);
 }
 
+TEST(MeshCloud, SaysWhichGroupLosesVolumeToItsNeighbours) {
+  // A strip of one element between two of two elements each: both columns of its nodes go to the neighbours.
+  std::vector<Vec3> x;
+  std::vector<std::vector<int>> cells;
+  for (int i = 0; i <= 5; ++i)
+    for (int j = 0; j <= 1; ++j) x.push_back({1.0 * i, 1.0 * j, 0});
+  for (int i = 0; i < 5; ++i) cells.push_back({2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1});
+  const auto notes = [&](const std::string& names) {
+    return points_of(mesh_of(x, ElementShape::quadrilateral, cells, names)).notes;
+  };
+  EXPECT_TRUE(notes("aaaaa").empty());
+  const std::vector<std::string> found = notes("aabaa");
+  ASSERT_EQ(found.size(), 2);
+  EXPECT_NE(found[1].find("the points of 'b' have 0 times the volume"), std::string::npos) << found[1];
+}
+
 TEST(MeshCloud, CutsPiecesAtSharpEdgesAndKeepsTheMeasureOfCurvedOnes) {
   const Points cube = points_of(cubes(1));
   EXPECT_EQ(cube.faces, std::vector<std::string>{"surface"});

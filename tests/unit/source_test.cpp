@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 #include "base/parallel.hpp"
 #include "case_models.hpp"
@@ -269,7 +270,7 @@ speed = "10 mm/s"
   EXPECT_NEAR(path.at(4)->place.y, 5e-3, 1e-15);  // at rest
   EXPECT_FALSE(path.at(6));
   EXPECT_EQ(path.at(8.5)->power, 100);
-  EXPECT_NEAR(path.energy(100), 100 + 50 * 3 + 100, 1e-12);
+  EXPECT_NEAR(path.energy(100).value(), 100 + 50 * 3 + 100, 1e-12);
   const std::vector<double> events = path.events(), expected = {1, 2, 3, 5, 8, 9};
   ASSERT_EQ(events.size(), expected.size());
   for (std::size_t n = 0; n < events.size(); ++n) EXPECT_NEAR(events[n], expected[n], 1e-12);
@@ -288,8 +289,28 @@ TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
   EXPECT_NEAR(path.at(0.5)->power, 150, 1e-12);
   EXPECT_NEAR(path.at(1.5)->power, 400, 1e-12);
   EXPECT_FALSE(path.at(2.5));
-  EXPECT_NEAR(path.energy(2), 150 + 400, 1e-12);
+  EXPECT_NEAR(path.energy(2).value(), 150 + 400, 1e-12);
   EXPECT_EQ(path.events(), (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
+}
+
+TEST(Source, OneAtRestMayHaveAPowerOfTime) {
+  // 200 W in two pulses of a tenth of a second, by a formula and by a table: 40 J go into the body.
+  const char* powers[] = {
+      R"({ formula = "(t > 0.2 && t < 0.3) || (t > 0.7 && t < 0.8) ? 200 : 0", unit = "W" })",
+      R"({ table = [[0, 0], [0.2, 0], [0.2, 200], [0.3, 200], [0.3, 0], [0.7, 0], [0.7, 200], [0.8, 200], [0.8, 0]],
+           of = "time", unit = "W" })"};
+  for (const std::string power : powers) {
+    const CaseModel m(box_case({"20 mm", "10 mm"}, {21, 11}) + simple_material({.k = "30", .rho = "7800", .c = "600"}) +
+                      "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n[source.laser]\nat = [\"10 mm\", "
+                      "\"5 mm\"]\ncolumn = { sigma = \"2 mm\" }\npower = " +
+                      power + "\n");
+    State state = m.start();
+    const double E = std::accumulate(state.E.begin(), state.E.end(), 0.0);
+    make_integrator(m.description(), m.system(), state)->advance(m.system(), state, 1, [](const State&) {
+      return true;
+    });
+    EXPECT_NEAR(std::accumulate(state.E.begin(), state.E.end(), 0.0) - E, 40, 1e-6) << power;
+  }
 }
 
 TEST(Source, StepsGoNoFartherThanAThirdOfSigma) {
