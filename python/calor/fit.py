@@ -134,6 +134,9 @@ class Search:
             raise CommandError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
         self.iterations = int(asked.get("iterations", 20))
         self.unknowns = [read_unknown(self.written, entry, line_of(case.path, "fit.unknown", n)) for n, entry in enumerate(asked.get("unknown", []))]
+        for n, u in enumerate(self.unknowns):
+            if u.key in [other.key for other in self.unknowns[:n]]:
+                raise CommandError(f"{line_of(case.path, 'fit.unknown', n)}: '{u.key}' is an unknown already: keep one of the two")
         self.fields = [read_field(self.written, entry, line_of(case.path, "fit.field", n)) for n, entry in enumerate(asked.get("field", []))]
         # What is expected: rows W of the unknowns from `first` on, whose W (x - mean) are independent numbers of size 1.
         self.expected = [(n, np.array([[1 / u.within]]), u.expected) for n, u in enumerate(self.unknowns) if u.expected is not None]

@@ -29,9 +29,13 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   double driving_sum = 0, driving_count = 0;
   const auto see = [&](double T) { low = std::min(low, T), high = std::max(high, T); };
   const auto see_driving = [&](double T) { see(T), driving_sum += T, driving_count += 1; };
+  bool radiates = false;
   collective_try(cloud.comm, [&] {
     for (const SurfaceTerm& term : conditions.fluxes)
-      for (double T : term.flux->ambient(term.x, 0)) see_driving(T);
+      for (double T : term.flux->ambient(term.x, 0)) {
+        see_driving(T);
+        radiates = radiates || !term.flux->linear_in_temperature();
+      }
     for (const PrescribedTerm& term : conditions.temperatures) {
       std::vector<double> T(term.x.size());
       term.temperature.evaluate({.x = term.x}, T);
@@ -42,8 +46,9 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   low = min(cloud.comm, low), high = max(cloud.comm, high);
   driving_sum = sum(cloud.comm, std::span(&driving_sum, 1));
   driving_count = sum(cloud.comm, std::span(&driving_count, 1));
-  // Where all is at absolute zero, as what a body in space radiates to, radiation has no slope.
-  driving_mean = driving_sum > 0 ? driving_sum / driving_count : 293.15;
+  // At absolute zero, as of what a body in space radiates to, radiation has no slope.
+  const bool has_no_slope = any(cloud.comm, radiates) && driving_sum == 0;
+  driving_mean = driving_count > 0 && !has_no_slope ? driving_sum / driving_count : 293.15;
   if (!(low <= high)) low = high = driving_mean;
   return {.low = low, .high = high, .reference = driving_mean};
 }

@@ -84,7 +84,7 @@ std::vector<double> Function::changes(const Course& course) const {
     range.push_back(most - least > round_off * size ? most - least : 0);
   }
 
-  constexpr double still = 1e-5, fast = 1e-2;  // changes from sample to sample, in parts of the range
+  constexpr double still = 1e-9, fast = 1e-2;  // changes from sample to sample, in parts of the range
   constexpr int rest = 10;                     // samples: what a smooth function does not stand still for
   std::vector<double> times;
   int quiet = 0;

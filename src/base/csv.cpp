@@ -40,12 +40,12 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
         : Error(Fault::file, named, fmt::format("the file \"{}\" cannot be read", path_),
                 "check the name and the permissions");
   in_.seekg(0);
+  if (in_.peek() == 0xEF) in_.ignore(3), after_ = 3;  // the mark of UTF-8
   end_ = size;
   if (!next_line())
     throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, "the file is empty",
                 "the first line names the columns: x [m],T [K]");
   const int header = line_number_;
-  if (line_.starts_with("\xEF\xBB\xBF")) line_.erase(0, 3);
   for (const char other : {';', '\t'})
     if (line_.find(',') == line_.npos && line_.find(other) != line_.npos) separator_ = other;
   split();

@@ -75,9 +75,10 @@ std::int64_t intervals(const Table& cloud, double length, double spacing) {
         fmt::format("a spacing of {:.6g} m divides a length of {:.6g} m into {:.3g} parts", spacing, length, n),
         "take a larger one");
   if (std::abs(ratio - n) > 1e-6 * n)
-    cloud.refuse("spacing", fmt::format("a spacing of {:.6g} m does not divide a length of {:.6g} m", spacing, length),
-                 fmt::format("take {:.10g} m or {:.10g} m", length / std::max(1.0, std::floor(ratio)),
-                             length / std::ceil(ratio)));
+    cloud.refuse(
+        "spacing", fmt::format("a spacing of {:.6g} m does not divide a length of {:.6g} m", spacing, length),
+        ratio < 1 ? fmt::format("take {:.10g} m", length)
+                  : fmt::format("take {:.10g} m or {:.10g} m", length / std::floor(ratio), length / std::ceil(ratio)));
   return static_cast<std::int64_t>(n);
 }
 

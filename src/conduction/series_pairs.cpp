@@ -39,13 +39,14 @@ class SeriesPairs::Builder {
     parts_here_.assign(cloud_.local(), 0);
     for (const PlacesOfPart& places : parts_.shares(cloud_.x, cloud_.tag, cloud_.spacing))
       for (const int i : places.place) ++parts_here_[i];
+    find_thin_regions();
   }
 
   /// Marks the points that see another part, at a neighbour or beside it, and their neighbours: what is between them
   /// and a point of their own part may be of another. Collective.
   void mark_near() {
     std::vector<double> sees(cloud_.local());
-    for (std::int32_t i = 0; i < cloud_.local(); ++i) sees[i] = is_divided(i);
+    for (std::int32_t i = 0; i < cloud_.local(); ++i) sees[i] = is_divided(i) || beside_thin_[i];
     for (std::int32_t i = 0; i < cloud_.owned; ++i)
       for (const std::int32_t j : neighbours_.of(i)) sees[i] = sees[i] > 0 || own_[j] != own_[i] || is_divided(j);
     cloud_.halo.update(std::span<double>(sees));
@@ -72,6 +73,33 @@ class SeriesPairs::Builder {
 
   /// Does the cell of a local point hold several parts?
   bool is_divided(int i) const { return parts_here_[i] > 1 || (!one_part_.empty() && !one_part_[i]); }
+
+  /// Marks the ends of short pairs that run through another part between two points of one: a region may be too thin
+  /// to be seen from the points. On lattices the lines through the cells have told.
+  void find_thin_regions() {
+    beside_thin_.assign(cloud_.local(), 0);
+    if (cloud_.lattice || !parts_.has_regions()) return;
+    constexpr double short_pair = 1.3;  // spacings
+    constexpr std::size_t at_once = 10000;
+    std::vector<Parts::Segment> segments;
+    std::vector<std::pair<std::int32_t, std::int32_t>> ends;
+    const auto look = [&] {
+      const Parts::Pieces pieces = parts_.along(segments);
+      for (std::size_t n = 0; n < ends.size(); ++n)
+        if (pieces.of(n).size() > 1) beside_thin_[ends[n].first] = beside_thin_[ends[n].second] = 1;
+      segments.clear(), ends.clear();
+    };
+    for (std::int32_t i = 0; i < cloud_.owned; ++i) {
+      for (const std::int32_t j : neighbours_.of(i)) {
+        if ((j < cloud_.owned && j < i) || own_[i] != own_[j] || is_divided(i) || is_divided(j)) continue;
+        if (norm(quotient(cloud_.x[j] - cloud_.x[i], cloud_.mean_metric(i, j))) > short_pair) continue;
+        segments.push_back({cloud_.x[i], cloud_.x[j], cloud_.tag[i], cloud_.tag[j], spacings_between(i, j)});
+        ends.emplace_back(i, j);
+      }
+      if (segments.size() > at_once) look();
+    }
+    look();
+  }
 
   /// By steps from point to point along the axes on a lattice, by the metric elsewhere.
   int spacings_between(int a, int b) const {
@@ -280,6 +308,7 @@ class SeriesPairs::Builder {
   std::span<const Symmetric3> R_;
   std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
   std::vector<char> one_part_;         // of the local points of a lattice: does its cell hold one alone?
+  std::vector<char> beside_thin_;      // of the local points
   std::vector<double> near_;           // 1 or 0, of the local points
   std::vector<Candidate> candidates_;
   std::map<std::pair<std::int32_t, int>, std::int32_t> known_;

@@ -44,6 +44,11 @@ TEST(CsvCloud, ReadsPointsInTheUnitsOfTheHeader) {
   EXPECT_FALSE(p.has_areas);
 }
 
+TEST(CsvCloud, MayBeginWithTheMarkOfUtf8AndAComment) {
+  EXPECT_EQ(read("\xEF\xBB\xBF# by hand\nx [mm],volume [mm^3]\n1,2\n3,2\n").points.size(), 2u);
+  EXPECT_EQ(read("\xEF\xBB\xBFx [mm],volume [mm^3]\n1,2\n3,2\n").points.size(), 2u);
+}
+
 TEST(CsvCloud, TakesTheSpacingFromTheVolume) {
   EXPECT_NEAR(read("x [m],volume [m^3]\n0,0.06\n", 0.1).points[0].spacing, 0.6, 1e-15);
   EXPECT_NEAR(read("x [m],y [m],volume [m^3]\n0,1,0.09\n", 0.25).points[0].spacing, 0.6, 1e-15);

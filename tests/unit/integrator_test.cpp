@@ -628,6 +628,24 @@ radiation = { emissivity = 0.7, ambient = "300 K" }
   for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(state.T[i], cold + 5000 / 2. * (0.1 - m.cloud().x[i].x), 1e-7);
 }
 
+TEST(SteadyState, IsFoundWhereABodyRadiatesToSpace) {
+  for (const std::string method : {"sph", "peridynamics", "mlpg"}) {
+    const CaseModel m(box_case({"10 mm"}, {11}, method) + R"toml(
+[material.m]
+conductivity = "10 W/(m K)"
+[boundary.xmin]
+flux = "1 MW/m^2"
+[boundary.xmax]
+radiation = { emissivity = 1, ambient = "0 K" }
+[steady]
+)toml");
+    State state = m.steady();
+    const std::vector<double> T = m.system().temperatures(state.T);
+    const double cold = std::pow(1e6 / 5.670374419e-8, 0.25);
+    for (int i = 0; i < m.cloud().owned; ++i) EXPECT_NEAR(T[i], cold + 1e5 * (0.01 - m.cloud().x[i].x), 1e-6) << method;
+  }
+}
+
 TEST(SteadyState, OfAPropertyThatTurnsNegativeIsRefusedWithPointAndTemperature) {
   // At 500 K the conductivity is zero; 2 kW/m^2 would need more.
   const std::string material = simple_material({.k = "(5 - 0.01*T)*(1 + x)/2", .rho = "1", .c = "1"});

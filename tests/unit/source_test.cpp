@@ -297,8 +297,7 @@ TEST(Source, OneAtRestMayHaveAPowerOfTime) {
   // 200 W in two pulses of a tenth of a second, by a formula and by a table: 40 J go into the body.
   const char* powers[] = {
       R"({ formula = "(t > 0.2 && t < 0.3) || (t > 0.7 && t < 0.8) ? 200 : 0", unit = "W" })",
-      R"({ table = [[0, 0], [0.2, 0], [0.2, 200], [0.3, 200], [0.3, 0], [0.7, 0], [0.7, 200], [0.8, 200], [0.8, 0]],
-           of = "time", unit = "W" })"};
+      R"({ table = [[0, 0], [0.2, 0], [0.2, 200], [0.3, 200], [0.3, 0], [0.7, 0], [0.7, 200], [0.8, 200], [0.8, 0]], of = "time", unit = "W" })"};
   for (const std::string power : powers) {
     const CaseModel m(box_case({"20 mm", "10 mm"}, {21, 11}) + simple_material({.k = "30", .rho = "7800", .c = "600"}) +
                       "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n[source.laser]\nat = [\"10 mm\", "
