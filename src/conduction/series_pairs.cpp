@@ -10,8 +10,8 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "cloud/lattice.hpp"
 #include "conduction/fibres.hpp"
+#include "conduction/interface_points.hpp"
 #include "conduction/pair_directions.hpp"
 #include "conduction/pair_flux.hpp"
 
@@ -21,8 +21,6 @@ namespace {
 
 /// A piece shorter than this part of the way is round-off.
 constexpr double shortest_piece = 1e-9;
-/// Of a spacing.
-constexpr double round_off = 1e-6;
 
 }  // namespace
 
@@ -31,30 +29,13 @@ class SeriesPairs::Builder {
  public:
   Builder(SeriesPairs& out, const Cloud& cloud, const Parts& parts, const Neighbours& neighbours, std::span<double> G,
           std::span<const Symmetric3> R)
-      : out_(out), cloud_(cloud), parts_(parts), neighbours_(neighbours), G_(G), R_(R) {}
-
-  void find_parts() {
-    own_ = parts_.at(cloud_.x, cloud_.tag);
-    if (on_lattice()) one_part_ = hold_one_part(cloud_, parts_);
-    parts_here_.assign(cloud_.local(), 0);
-    for (const PlacesOfPart& places : parts_.shares(cloud_.x, cloud_.tag, cloud_.spacing))
-      for (const int i : places.place) ++parts_here_[i];
-    find_thin_regions();
-  }
-
-  /// Marks the points that see another part, at a neighbour or beside it, and their neighbours: what is between them
-  /// and a point of their own part may be of another. Collective.
-  void mark_near() {
-    std::vector<double> sees(cloud_.local());
-    for (std::int32_t i = 0; i < cloud_.local(); ++i) sees[i] = is_divided(i) || beside_thin_[i];
-    for (std::int32_t i = 0; i < cloud_.owned; ++i)
-      for (const std::int32_t j : neighbours_.of(i)) sees[i] = sees[i] > 0 || own_[j] != own_[i] || is_divided(j);
-    cloud_.halo.update(std::span<double>(sees));
-    near_ = sees;
-    for (std::int32_t i = 0; i < cloud_.owned; ++i)
-      for (const std::int32_t j : neighbours_.of(i)) near_[i] = std::max(near_[i], sees[j]);
-    cloud_.halo.update(std::span<double>(near_));
-  }
+      : out_(out),
+        cloud_(cloud),
+        parts_(parts),
+        neighbours_(neighbours),
+        G_(G),
+        R_(R),
+        points_(cloud, parts, neighbours) {}
 
   void add_pairs(std::span<const CrackBond> bonds) {
     collect(bonds);
@@ -71,56 +52,14 @@ class SeriesPairs::Builder {
   /// Cells that are known as boxes tell how much of a pair's heat runs through which part.
   bool on_lattice() const { return cloud_.lattice && parts_.count() > 1; }
 
-  /// Does the cell of a local point hold several parts?
-  bool is_divided(int i) const { return parts_here_[i] > 1 || (!one_part_.empty() && !one_part_[i]); }
-
-  /// Marks the ends of short pairs that run through another part between two points of one: a region may be too thin
-  /// to be seen from the points. On lattices the lines through the cells have told.
-  void find_thin_regions() {
-    beside_thin_.assign(cloud_.local(), 0);
-    if (cloud_.lattice || !parts_.has_regions()) return;
-    constexpr double short_pair = 1.3;  // spacings
-    constexpr std::size_t at_once = 10000;
-    std::vector<Parts::Segment> segments;
-    std::vector<std::pair<std::int32_t, std::int32_t>> ends;
-    const auto look = [&] {
-      const Parts::Pieces pieces = parts_.along(segments);
-      for (std::size_t n = 0; n < ends.size(); ++n)
-        if (pieces.of(n).size() > 1) beside_thin_[ends[n].first] = beside_thin_[ends[n].second] = 1;
-      segments.clear(), ends.clear();
-    };
-    for (std::int32_t i = 0; i < cloud_.owned; ++i) {
-      for (const std::int32_t j : neighbours_.of(i)) {
-        if ((j < cloud_.owned && j < i) || own_[i] != own_[j] || is_divided(i) || is_divided(j)) continue;
-        if (norm(quotient(cloud_.x[j] - cloud_.x[i], cloud_.mean_metric(i, j))) > short_pair) continue;
-        segments.push_back({cloud_.x[i], cloud_.x[j], cloud_.tag[i], cloud_.tag[j], spacings_between(i, j)});
-        ends.emplace_back(i, j);
-      }
-      if (segments.size() > at_once) look();
-    }
-    look();
-  }
-
-  /// By steps from point to point along the axes on a lattice, by the metric elsewhere.
-  int spacings_between(int a, int b) const {
-    double most = 1;
-    if (!cloud_.lattice) {
-      most = norm(quotient(cloud_.x[b] - cloud_.x[a], cloud_.mean_metric(a, b)));
-    } else {
-      const LatticeIndex at = cloud_.lattice->index(cloud_.id[a]), to = cloud_.lattice->index(cloud_.id[b]);
-      for (int axis = 0; axis < cloud_.dimension; ++axis)
-        most = std::max(most, static_cast<double>(std::abs(to[axis] - at[axis])));
-    }
-    return static_cast<int>(std::ceil(most - round_off));
-  }
-
   void add_along_lines(std::span<const CrackBond> bonds) {
     std::vector<Parts::Segment> segments;
     std::vector<Vec3> middle;
     std::vector<int> tags;
     std::vector<double> size;
     for (const Candidate& c : candidates_) {
-      segments.push_back({cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b], spacings_between(c.a, c.b)});
+      segments.push_back(
+          {cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b], spacings_between(cloud_, c.a, c.b)});
       middle.push_back(0.5 * (cloud_.x[c.a] + cloud_.x[c.b]));
       tags.push_back(cloud_.tag[c.a]);
       size.push_back(0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]));
@@ -138,7 +77,7 @@ class SeriesPairs::Builder {
       if (c.may_be_inside && pieces.of(n).size() == 1) continue;
       const double G = G_[c.entry];
       remove_weights(c);
-      if (shares[n].size() > 1 && parts_here_[c.a] > 1 && parts_here_[c.b] > 1)
+      if (shares[n].size() > 1 && points_.count_of_parts(c.a) > 1 && points_.count_of_parts(c.b) > 1)
         for (const auto& [part, share] : shares[n]) split_by_cracks(c, bonds, along_interface(c, part, share * G));
       else
         split_by_cracks(c, bonds, across(c, segments[n], pieces.of(n), G));
@@ -166,9 +105,8 @@ class SeriesPairs::Builder {
       for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
         const std::int32_t j = neighbours_.column[n];
         if (j < cloud_.owned && cloud_.id[j] < cloud_.id[i]) continue;
-        const bool ends_alike = own_[i] == own_[j] && !is_divided(i) && !is_divided(j) &&
-                                !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
-        const bool inside = ends_alike && (!(near_[i] || near_[j]) || (cloud_.lattice && spacings_between(i, j) == 1));
+        const bool ends_alike = points_.are_of_one_part(i, j) && !parts_.has_plane_between(cloud_.x[i], cloud_.x[j]);
+        const bool inside = ends_alike && points_.have_nothing_between(i, j);
         if (inside && !is_cracked[n]) continue;
         const auto [a, b] = cloud_.id[i] < cloud_.id[j] ? std::pair(i, j) : std::pair(j, i);
         candidates_.push_back({a, b, n, ends_alike && !is_cracked[n]});
@@ -306,10 +244,7 @@ class SeriesPairs::Builder {
   const Neighbours& neighbours_;
   std::span<double> G_;
   std::span<const Symmetric3> R_;
-  std::vector<int> own_, parts_here_;  // of the local points: its part, and how many meet there
-  std::vector<char> one_part_;         // of the local points of a lattice: does its cell hold one alone?
-  std::vector<char> beside_thin_;      // of the local points
-  std::vector<double> near_;           // 1 or 0, of the local points
+  const InterfacePoints points_;
   std::vector<Candidate> candidates_;
   std::map<std::pair<std::int32_t, int>, std::int32_t> known_;
 };
@@ -322,8 +257,6 @@ SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbour
   if (parts.count() == 1 && !has_bonds) return;
   exist_ = true;
   Builder builder(*this, cloud, parts, neighbours, G, R);
-  collective_try(cloud.comm, [&] { builder.find_parts(); });
-  builder.mark_near();
   collective_try(cloud.comm, [&] { builder.add_pairs(cracks.bonds); });
   fit_contacts_to_areas(parts);
   collective_try(cloud.comm, [&] { add_constant_contacts(); });
