@@ -491,7 +491,9 @@ TEST(RunParallel, WritesAPieceARankForParaView) {
 
 /// Runs a shell command without what MPI left in the environment of this process; returns its exit code.
 int shell(const std::string& command) {
-  const std::string clean = "env -i PATH=\"$PATH\" HOME=\"$HOME\" TMPDIR=\"${TMPDIR:-/tmp}\" sh -c '" + command + "'";
+  const std::string clean =
+      "env -i PATH=\"$PATH\" HOME=\"$HOME\" TMPDIR=\"${TMPDIR:-/tmp}\" ASAN_OPTIONS=\"$ASAN_OPTIONS\" sh -c '" +
+      command + "'";
   const int status = std::system(clean.c_str());
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
