@@ -248,6 +248,7 @@ Points owned_points(const Cloud& cloud) {
   out.section = cloud.cross_section;
   out.faces = cloud.faces;
   out.tags = cloud.tags;
+  out.solids = cloud.solids;
   out.lattice = cloud.lattice;
   out.rings = cloud.rings;
   out.walls = cloud.walls;

@@ -13,6 +13,7 @@
 #include <set>
 
 #include "base/parallel.hpp"
+#include "cloud/mesh_groups.hpp"
 #include "cloud/shapes.hpp"
 #include "cloud/simplices.hpp"
 #include "mesh/mesh.hpp"
@@ -72,27 +73,6 @@ std::vector<int> names_of_nodes(const Simplices& body, const std::vector<double>
   return name;
 }
 
-/// Says which groups of elements hold clearly more or less in the points of their name: nodes between two groups belong
-/// to one of them, and a layer of few elements may lose most of what it is.
-std::vector<std::string> notes_on_groups(const Simplices& body, const std::vector<double>& share_of,
-                                         const std::vector<double>& volume, const std::vector<int>& name,
-                                         const std::vector<std::string>& names) {
-  std::map<int, double> in_elements, in_points;
-  for (std::size_t t = 0; t < body.simplices.size(); ++t)
-    in_elements[body.simplices[t].name] += share_of[t] * (body.dimension + 1);
-  for (std::size_t i = 0; i < name.size(); ++i) in_points[name[i]] += volume[i];
-  std::vector<std::string> notes;
-  constexpr double much = 0.1;
-  for (const auto& [n, V] : in_elements)
-    if (const double part = in_points[n] / V; std::abs(part - 1) > much)
-      notes.push_back(
-          fmt::format("the points of '{}' have {:.3g} times the volume of its elements, as a node between two groups "
-                      "belongs to one of them: where it is a part of its own, take more elements across it, or give "
-                      "the region by a formula, 'where' in place of 'tag'",
-                      names[n], part));
-  return notes;
-}
-
 /// Names that are used, in the order of their first use as indices, and the place of every index in them.
 struct UsedNames {
   std::vector<std::string> list;
@@ -149,7 +129,6 @@ Points mesh_points(MPI_Comm comm, const Mesh& mesh, double unit, const std::func
   }
   require_volumes(body, volume, file);
   const std::vector<int> name = names_of_nodes(body, share_of);
-  std::ranges::copy(notes_on_groups(body, share_of, volume, name, mesh.names), std::back_inserter(out.notes));
   UsedNames tags;
   tags(0, "");
   const auto count = static_cast<std::int64_t>(body.x.size());
@@ -157,7 +136,10 @@ Points mesh_points(MPI_Comm comm, const Mesh& mesh, double unit, const std::func
   std::vector<int> tag;
   tag.reserve(name.size());
   for (const int n : name) tag.push_back(tags(n, mesh.names[n]));
+  std::vector<int> tag_of_simplex;
+  for (const Simplex& simplex : body.simplices) tag_of_simplex.push_back(tags(simplex.name, mesh.names[simplex.name]));
   out.tags = tags.list;
+  out.solids = solids_of_groups(body, tag_of_simplex);
 
   std::int64_t next = mine.begin;
   const auto add_points = [&](std::int64_t end) {  // up to the one with index end - 1

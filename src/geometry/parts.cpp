@@ -217,6 +217,7 @@ std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) co
 
 bool Parts::is_inside(const Vec3& x) const {
   if (cloud_.body) return cloud_.body->tree().is_inside(x);
+  if (knows_solids(cloud_)) return cloud_.solids->tag_at(x) >= 0;
   for (std::size_t f = 0; f < cloud_.walls.size(); ++f) {
     const double off = x[static_cast<int>(f / 2)] - cloud_.walls[f];
     if (f % 2 == 0 ? off < 0 : off > 0) return false;

@@ -287,20 +287,61 @@ TEST(MeshCloud, GivesPointsBetweenTwoGroupsToTheLargerShare) {
   EXPECT_EQ(p.points[4].tag, 2);
 }
 
-TEST(MeshCloud, SaysWhichGroupLosesVolumeToItsNeighbours) {
-  // A strip of one thin element between two of two elements each: all its nodes go to the neighbours.
-  std::vector<Vec3> x;
-  std::vector<std::vector<int>> cells;
-  for (int i = 0; i <= 5; ++i)
-    for (int j = 0; j <= 1; ++j) x.push_back({i < 3 ? 1.0 * i : i - 0.6, 1.0 * j, 0});
-  for (int i = 0; i < 5; ++i) cells.push_back({2 * i, 2 * i + 2, 2 * i + 3, 2 * i + 1});
-  const auto notes = [&](const std::string& names) {
-    return points_of(mesh_of(x, ElementShape::quadrilateral, cells, names)).notes;
+/// A bar of 8 x 3 (x 2) elements of 1 m, as Gmsh writes it, with the groups of elements "bar" and, `thick` elements
+/// from x = 3 m on, "sheet", and the faces "hot" and "cold" at its ends.
+std::string bar_with_a_sheet(int dimension, int thick) {
+  const int nx = 8, ny = 3, nz = dimension == 3 ? 2 : 0;
+  const auto node = [&](int i, int j, int k) { return 1 + i + (nx + 1) * (j + (ny + 1) * k); };
+  std::vector<std::string> elements;
+  const auto add = [&](int type, int group, const std::vector<int>& nodes) {
+    elements.push_back(fmt::format("{} {} 2 {} {} {}", elements.size() + 1, type, group, group, fmt::join(nodes, " ")));
   };
-  EXPECT_TRUE(notes("aaaaa").empty());
-  const std::vector<std::string> found = notes("aabaa");
-  ASSERT_EQ(found.size(), 2);
-  EXPECT_NE(found[1].find("the points of 'b' have 0 times the volume"), std::string::npos) << found[1];
+  for (int k = 0; k < std::max(nz, 1); ++k) {
+    for (int j = 0; j < ny; ++j) {
+      for (const int i : {0, nx})
+        dimension == 2
+            ? add(1, i ? 2 : 1, {node(i, j, 0), node(i, j + 1, 0)})
+            : add(3, i ? 2 : 1, {node(i, j, k), node(i, j + 1, k), node(i, j + 1, k + 1), node(i, j, k + 1)});
+      for (int i = 0; i < nx; ++i) {
+        std::vector<int> nodes;
+        for (int top = 0; top < dimension - 1; ++top)
+          for (const auto& [x, y] : {std::pair(0, 0), {1, 0}, {1, 1}, {0, 1}})
+            nodes.push_back(node(i + x, j + y, k + top));
+        add(dimension == 2 ? 3 : 5, i >= 3 && i < 3 + thick ? 4 : 3, nodes);
+      }
+    }
+  }
+  const int flat = dimension - 1;
+  std::string text = fmt::format(
+      "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n$PhysicalNames\n4\n{0} 1 \"hot\"\n{0} 2 \"cold\"\n"
+      "{1} 3 \"bar\"\n{1} 4 \"sheet\"\n$EndPhysicalNames\n$Nodes\n{2}\n",
+      flat, dimension, (nx + 1) * (ny + 1) * (nz + 1));
+  for (int k = 0; k <= nz; ++k)
+    for (int j = 0; j <= ny; ++j)
+      for (int i = 0; i <= nx; ++i) text += fmt::format("{} {} {} {}\n", node(i, j, k), i, j, k);
+  return text + fmt::format("$EndNodes\n$Elements\n{}\n{}\n$EndElements\n", elements.size(), fmt::join(elements, "\n"));
+}
+
+TEST(MeshCloud, GroupsOfElementsConductByThemselvesHoweverThin) {
+  // Resistances in series: 100 K over (8 - n)/400 + n/0.1 m^2 K/W.
+  for (const int dimension : {2, 3}) {
+    for (const int thick : {1, 2, 3}) {
+      for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+        SCOPED_TRACE(fmt::format("{}D, {} elements, {}", dimension, thick, method));
+        const TemporaryFolder folder;
+        const std::string file = folder.write("bar.msh", bar_with_a_sheet(dimension, thick));
+        const double flow = 3 * (dimension - 1) * 100 / ((8 - thick) / 400. + thick / 0.1);
+        const std::string text =
+            fmt::format("title = \"bar\"\nmethod = \"{}\"\n[cloud]\nshape = \"mesh\"\nfile = \"{}\"\nunit = \"1 m\"\n",
+                        method, file) +
+            simple_material({.name = "metal", .k = "400"}) + simple_material({.name = "insulator", .k = "0.1"}) +
+            "[body]\nmaterial = \"metal\"\nregion = [{ tag = \"sheet\", material = \"insulator\" }]\n[steady]\n"
+            "[boundary.hot]\ntemperature = \"400 K\"\n[boundary.cold]\ntemperature = \"300 K\"\n" +
+            fmt::format("[[expect]]\nheat_flow = \"hot\"\nvalue = \"{:.15g} W\"\nwithin = \"1e-6 W\"\n", flow);
+        for (const Verdict& v : run_into("", text).verdicts) EXPECT_TRUE(v.passed) << v.value << " W, exact " << flow;
+      }
+    }
+  }
 }
 
 TEST(MeshCloud, CutsPiecesAtSharpEdgesAndKeepsTheMeasureOfCurvedOnes) {
