@@ -167,8 +167,9 @@ SurfaceCuts cuts_of_contacts(const Cloud& cloud, const Parts& parts, std::vector
 
 bool contacts_end_cells(const Cloud& cloud) { return cloud.solids && cloud.solids->sides(); }
 
-void cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T, const Neighbours& neighbours,
-                     std::vector<double>& G, CorrectionReport& report) {
+std::optional<std::string> cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T,
+                                           const Neighbours& neighbours, std::vector<double>& G,
+                                           CorrectionReport& report) {
   const Parts& parts = material.parts();
   std::vector<ContactCrossing> crossings;
   collective_try(cloud.comm, [&] {
@@ -177,13 +178,21 @@ void cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T
     crossings = crossings_of_contacts(cloud, parts, k, T, neighbours);
   });
   const SurfaceCuts cuts = cuts_of_contacts(cloud, parts, std::move(crossings), G);
-  const CutWeights kept = cut_weights(cloud, cuts, neighbours, G, report);
+  CutWeights kept;
+  try {
+    kept = cut_weights(cloud, cuts, neighbours, G, report);
+  } catch (const Error& e) {  // on all ranks
+    if (e.fault() != Fault::numbers) throw;
+    return "what lies between contacts is too thin for its points: heat across is right, along it there are errors of "
+           "first order; take points closer, two spacings between contacts or more";
+  }
   for (std::size_t n = 0; n < cuts.crossings.size(); ++n) G[cuts.crossings[n].entry] *= cuts.area_over_pair[n];
   for (int i = 0; i < cloud.owned; ++i) {
     auto k = kept.neighbours.row[i];
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
       if (k < kept.neighbours.row[i + 1] && kept.neighbours.column[k] == neighbours.column[n]) G[n] = kept.G[k++];
   }
+  return std::nullopt;
 }
 
 }  // namespace calor

@@ -1,5 +1,7 @@
 #pragma once
 // Pairs beside contacts that run between the points of a cloud in any way (Solids::sides).
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "cloud/cloud.hpp"
@@ -14,10 +16,12 @@ bool contacts_end_cells(const Cloud& cloud);
 
 /// Changes the weights G of the whole body such that each side of a contact conducts along it by itself, as beside a
 /// cut, as far as the contact hinders heat. The pairs across hand over the heat that crosses, in series with the
-/// contact. On each side all together are exact for linear temperatures. Collective; throws Error.
-/// `material` at T (K) tells how much of a pair's resistance is the contact's.
-void cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T, const Neighbours& neighbours,
-                     std::vector<double>& G, CorrectionReport& report);
+/// contact. On each side all together are exact for linear temperatures. Where a side has no such weights, as one row
+/// of points between two contacts, G stays as it is, and a note says so. Collective; throws Error. `material` at T (K)
+/// tells how much of a pair's resistance is the contact's.
+std::optional<std::string> cut_at_contacts(const Cloud& cloud, const MaterialField& material, double T,
+                                           const Neighbours& neighbours, std::vector<double>& G,
+                                           CorrectionReport& report);
 
 /// The share of its flux that a pair still conducts across a contact. K: conductivity between the points, W/(m K);
 /// `h_length`: conductance of the contact times |x_ji . n|.

@@ -117,9 +117,14 @@ Discretisation with_cracks(const Case& c, const Cloud& cloud, const MaterialFiel
                            const PairDirections& directions) {
   const Parts& parts = material.parts();
   const double T = typical_temperature(cloud, conditions);
-  if (contacts_end_cells(cloud)) cut_at_contacts(cloud, material, T, mirrored.neighbours, G, done);
-  if (!has_cracks(c))
-    return pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers, directions);
+  if (!has_cracks(c)) {
+    std::optional<std::string> note;
+    if (contacts_end_cells(cloud)) note = cut_at_contacts(cloud, material, T, mirrored.neighbours, G, done);
+    Discretisation discretisation =
+        pair_discretisation(cloud, parts, conditions, std::move(mirrored), std::move(G), layers, directions);
+    if (note) discretisation.notes.push_back(*note);
+    return discretisation;
+  }
   Neighbours& neighbours = mirrored.neighbours;  // without images
   const Cracks cracks(cloud, read_cracks(c, cloud));
   const std::size_t before = neighbours.column.size();

@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "conduction/contact_pairs.hpp"
 #include "conduction/fibres.hpp"
 #include "conduction/interface_points.hpp"
 #include "conduction/pair_directions.hpp"
@@ -74,7 +75,7 @@ class SeriesPairs::Builder {
     }
     for (std::size_t n = 0; n < candidates_.size(); ++n) {
       const Candidate& c = candidates_[n];
-      if (c.may_be_inside && pieces.of(n).size() == 1) continue;
+      if (c.may_be_inside && (pieces.of(n).size() == 1 || goes_around(c, segments[n], pieces.of(n)))) continue;
       const double G = G_[c.entry];
       remove_weights(c);
       if (shares[n].size() > 1 && points_.count_of_parts(c.a) > 1 && points_.count_of_parts(c.b) > 1)
@@ -82,6 +83,21 @@ class SeriesPairs::Builder {
       else
         split_by_cracks(c, bonds, across(c, segments[n], pieces.of(n), G));
     }
+  }
+
+  /// Where contacts end the cells: does a pair of one side cut off a bulge of the other, whose two walls look the same
+  /// way? If they look apart, it jumps over what lies between.
+  bool goes_around(const Candidate& c, const Parts::Segment& segment, std::span<const SegmentPiece> run) const {
+    if (!contacts_end_cells(cloud_)) return false;
+    const double size = 0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]);
+    const Vec3 x_ba = segment.b - segment.a;
+    const auto normal_along = [&](std::size_t n) {
+      const Vec3 normal =
+          parts_.interface_at(segment.a + run[n].end * x_ba, x_ba, segment.tag_a, run[n].part, run[n + 1].part, size)
+              .normal;
+      return dot(normal, x_ba) < 0 ? -normal : normal;
+    };
+    return dot(normal_along(0), normal_along(run.size() - 2)) < 0;
   }
 
   void add_in_fibres(std::span<const CrackBond> bonds) {
