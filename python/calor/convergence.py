@@ -104,12 +104,21 @@ class Verdict:
     reason: str = ""
 
 
+def independent(limits: Sequence[Limit]) -> list[Limit]:
+    """Those that no other repeats: where two methods are the same scheme, as on lattices of several parts, their agreement says nothing."""
+    kept: list[Limit] = []
+    for one in limits:
+        if not any(abs(one.value - other.value) <= 1e-3 * other.bar and abs(one.bar - other.bar) <= 1e-3 * other.bar for other in kept):
+            kept.append(one)
+    return kept
+
+
 def together(limits: Sequence[Limit], are_extrapolated: bool = True) -> Verdict:
-    """The limits of several methods as one. They are independent: where they agree, their scatter says how good they
+    """The limits of several methods as one. Where independent ones agree, their scatter says how good they
     are; where they do not, nothing is certified. The scatter is that about a weighted mean (Birge, Phys. Rev. 40 (1932)
     207), in which a limit with a wide bar weighs little. Values that are not extrapolated lie off to one side: of these
     the one that is furthest off counts."""
-    good = [one for one in limits if one.is_asymptotic]
+    good = independent([one for one in limits if one.is_asymptotic])
     if not good:
         return Verdict(limits[0].value, math.nan, False, "not in the asymptotic range: " + limits[0].reason)
     weight = np.array([1 / one.bar**2 if one.bar > 0 else 1e300 for one in good])

@@ -460,6 +460,11 @@ class Certificates(unittest.TestCase):
         same = [convergence.Limit(300.0, 0.1, 2), convergence.Limit(300.25, 0.1, 2)]
         self.assertAlmostEqual(convergence.together(same).bar, 0.125)
 
+    def test_a_method_that_repeats_another_counts_once(self):
+        one, other = convergence.Limit(300.0, 0.1, 2), convergence.Limit(300.25, 0.1, 2)
+        self.assertEqual(convergence.together([one, one]), convergence.together([one]))
+        self.assertEqual(convergence.together([one, one, other]), convergence.together([one, other]))
+
     def test_a_number_has_no_more_digits_than_its_bar(self):
         self.assertEqual(convergence.text(1169.5837, 0.18, "K"), "1169.58 ± 0.18 K")
         self.assertEqual(convergence.text(1169.5837, 0.27, "K"), "1169.6 ± 0.3 K")
