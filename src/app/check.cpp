@@ -86,6 +86,7 @@ int check_case(const Case& c, MPI_Comm comm) {
   line("method", chosen_method(c).name);
   line("points", fmt::format("{} in {}D, {} with prescribed temperature", cloud.count, cloud.dimension, prescribed));
   std::vector<std::string> extents;
+  extents.reserve(3);
   for (int a = 0; a < cloud.dimension; ++a) extents.push_back(fmt::format("{:.6g}", bounds.high[a] - bounds.low[a]));
   line("size", fmt::format("{} m between the outermost points", fmt::join(extents, " x ")));
   if (pairs > 0) line("neighbours", fmt::format("{:.1f} a point", pairs / static_cast<double>(cloud.count)));

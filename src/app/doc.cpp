@@ -324,6 +324,7 @@ void show(Page& page, const Chapter& chapter) {
 [[noreturn]] void refuse_word(const std::string& word, const std::vector<std::string>& known) {
   std::string near = nearest(word, known);
   std::vector<std::string> last_names;
+  last_names.reserve(known.size());
   for (const std::string& path : known) last_names.push_back(last_name(path));
   if (near.empty()) near = nearest(word, last_names);
   throw Error(Fault::command, fmt::format("'{}' is nowhere in the manual", word),

@@ -178,7 +178,7 @@ class Tables {
 
   /// That the table makes the choice a section goes with: written, by default, or by a key named like it.
   Json chosen(const Section& section, const std::vector<const Key*>& unconditional) const {
-    const Json written = {{"required", {section.when_key}}};
+    Json written = {{"required", {section.when_key}}};
     if (section.when_value.empty()) return written;
     Json ways = {
         {{"properties", {{section.when_key, {{"const", section.when_value}}}}}, {"required", {section.when_key}}}};

@@ -110,7 +110,7 @@ double volume_mean(const Cloud& cloud, const std::vector<double>& T) {
 /// Collective; throws Error.
 std::vector<std::string> add_remarks_on_file(Model& m) {
   const Cloud& cloud = *m.cloud;
-  const std::vector<std::string> remarks = remarks_on_surface(cloud);
+  std::vector<std::string> remarks = remarks_on_surface(cloud);
   std::ranges::copy(remarks, std::back_inserter(m.notes));
   if (cloud.has_areas && !cloud.points_on_walls)
     m.notes.push_back("the points lie off the walls, by half a cell: conditions act there");
@@ -145,8 +145,8 @@ std::vector<Vec3> some_places(const Cloud& cloud) {
       if (cloud.id[i] == n * (cloud.count - 1) / (most - 1))
         for (int a = 0; a < 3; ++a) x[3 * n + a] = cloud.x[i][a];
   add_up(cloud.comm, x);
-  std::vector<Vec3> places;
-  for (int n = 0; n < most; ++n) places.push_back({x[3 * n], x[3 * n + 1], x[3 * n + 2]});
+  std::vector<Vec3> places(most);
+  for (int n = 0; n < most; ++n) places[n] = {x[3 * n], x[3 * n + 1], x[3 * n + 2]};
   return places;
 }
 
