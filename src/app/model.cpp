@@ -140,10 +140,12 @@ void add_locations(std::vector<MaterialField>& materials, const Discretisation& 
 std::vector<Vec3> some_places(const Cloud& cloud) {
   constexpr int most = 8;
   std::vector<double> x(3 * most);
-  for (int i = 0; i < cloud.owned; ++i)
-    for (int n = 0; n < most; ++n)
-      if (cloud.id[i] == n * (cloud.count - 1) / (most - 1))
-        for (int a = 0; a < 3; ++a) x[3 * n + a] = cloud.x[i][a];
+  for (int n = 0; n < most; ++n) {
+    const auto found = std::ranges::find(cloud.id, n * (cloud.count - 1) / (most - 1));
+    const auto i = found - cloud.id.begin();
+    if (i < cloud.owned)
+      for (int a = 0; a < 3; ++a) x[3 * n + a] = cloud.x[i][a];
+  }
   add_up(cloud.comm, x);
   std::vector<Vec3> places(most);
   for (int n = 0; n < most; ++n) places[n] = {x[3 * n], x[3 * n + 1], x[3 * n + 2]};

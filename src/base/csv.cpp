@@ -40,7 +40,12 @@ CsvReader::CsvReader(const std::string& path, const SourceLocation& named, int p
         : Error(Fault::file, named, fmt::format("the file \"{}\" cannot be read", path_),
                 "check the name and the permissions");
   in_.seekg(0);
-  if (in_.peek() == 0xEF) in_.ignore(3), after_ = 3;  // the mark of UTF-8
+  constexpr std::string_view mark = "\xEF\xBB\xBF";  // of UTF-8
+  std::string first(mark.size(), ' ');
+  in_.read(first.data(), static_cast<std::streamsize>(first.size()));
+  in_.clear();
+  after_ = first == mark ? static_cast<std::int64_t>(mark.size()) : 0;
+  in_.seekg(after_);
   end_ = size;
   if (!next_line())
     throw Error(Fault::bad_case, SourceLocation{.file = path_, .line = 1}, "the file is empty",

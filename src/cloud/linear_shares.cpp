@@ -1,8 +1,6 @@
 #include "cloud/linear_shares.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "base/cholesky.hpp"
 
 namespace calor {
 
@@ -13,34 +11,16 @@ void LinearShares::add(std::int64_t id, const Vec3& way, double square) {
 }
 
 std::optional<std::array<double, 4>> LinearShares::coefficients(const std::array<double, moments>& sums, int D) {
-  // Cholesky's factor L of the moment matrix, by loops of known length.
-  constexpr int n = 4;
-  double L[n][n] = {};
-  for (int a = 0, m = 0; a < n; ++a)
-    for (int b = a; b < n; ++b) L[b][a] = sums[m++];
-  for (int a = D; a < 3; ++a) L[1 + a][1 + a] = 1;
-  double least = std::numeric_limits<double>::infinity(), largest = 0;
-  for (int k = 0; k < n; ++k) {
-    for (int m = 0; m < k; ++m) L[k][k] -= L[k][m] * L[k][m];
-    if (!(L[k][k] > 0)) return std::nullopt;
-    L[k][k] = std::sqrt(L[k][k]);
-    least = std::min(least, L[k][k]), largest = std::max(largest, L[k][k]);
-    for (int i = k + 1; i < n; ++i) {
-      for (int m = 0; m < k; ++m) L[i][k] -= L[i][m] * L[k][m];
-      L[i][k] /= L[k][k];
-    }
-  }
-  constexpr double least_pivot = 1e-2;  // of the largest: below, small weights would make large shares of both signs
-  if (!(least > least_pivot * largest)) return std::nullopt;
-  std::array<double, 4> c = {1, 0, 0, 0};
-  for (int i = 0; i < n; ++i) {
-    for (int m = 0; m < i; ++m) c[i] -= L[i][m] * c[m];
-    c[i] /= L[i][i];
-  }
-  for (int i = n; i-- > 0;) {
-    for (int m = i + 1; m < n; ++m) c[i] -= L[m][i] * c[m];
-    c[i] /= L[i][i];
-  }
+  using Moments = Cholesky<4>;
+  std::array<Moments::Vector, 4> M{};
+  for (int a = 0, n = 0; a < 4; ++a)
+    for (int b = a; b < 4; ++b) M[b][a] = sums[n++];
+  for (int a = D; a < 3; ++a) M[1 + a][1 + a] = 1;
+  constexpr double least_ratio = 1e-4;  // of pivots: below, small weights would make large shares of both signs
+  const Moments factor(M);
+  if (!(factor.pivot_ratio() > least_ratio)) return std::nullopt;
+  Moments::Vector c = {1, 0, 0, 0};
+  factor.solve(c);
   return c;
 }
 

@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <map>
 #include <set>
+#include <unordered_map>
 #include <utility>
 
 namespace calor {
@@ -42,7 +44,7 @@ std::vector<Side> sides_of(const Simplices& body, const std::vector<int>& tag_of
 /// A surface of facets by the nodes of a mesh, with the vertices that it needs.
 class SurfaceOfNodes {
  public:
-  explicit SurfaceOfNodes(const Simplices& body) : body_(body), vertex_of_(body.x.size(), -1) {
+  explicit SurfaceOfNodes(const Simplices& body) : body_(body) {
     surface_.dimension = body.dimension;
     surface_.faces = {"surface"};
   }
@@ -50,12 +52,10 @@ class SurfaceOfNodes {
   void add(const Nodes& nodes) {
     Surface::Triangle facet;
     for (int k = 0; k < body_.dimension; ++k) {
-      std::int32_t& vertex = vertex_of_[nodes[k]];
-      if (vertex < 0) {
-        vertex = static_cast<std::int32_t>(surface_.vertices.size());
-        surface_.vertices.push_back(body_.x[nodes[k]]);
-      }
-      facet.vertex[k] = vertex;
+      const auto next = static_cast<std::int32_t>(surface_.vertices.size());
+      const auto [vertex, is_new] = vertex_of_.try_emplace(nodes[k], next);
+      if (is_new) surface_.vertices.push_back(body_.x[nodes[k]]);
+      facet.vertex[k] = vertex->second;
     }
     surface_.facets.push_back(facet);
   }
@@ -63,33 +63,31 @@ class SurfaceOfNodes {
 
  private:
   const Simplices& body_;
-  std::vector<std::int32_t> vertex_of_;
+  std::unordered_map<std::int32_t, std::int32_t> vertex_of_;
   Surface surface_;
 };
 
 }  // namespace
 
 std::shared_ptr<const Solids> solids_of_groups(const Simplices& body, const std::vector<int>& tag_of_simplex) {
-  const std::set<int> used(tag_of_simplex.begin(), tag_of_simplex.end());
-  if (used.size() < 2) return nullptr;
-  const std::vector<int> tags(used.begin(), used.end());
-  const std::vector<Side> sides = sides_of(body, tag_of_simplex);
-  std::vector<Surface> surfaces;
+  const std::set<int> tags(tag_of_simplex.begin(), tag_of_simplex.end());
+  if (tags.size() < 2) return nullptr;
+  std::map<int, SurfaceOfNodes> surface_of;
+  for (const int tag : tags) surface_of.emplace(tag, body);
   SurfaceOfNodes interfaces(body);
-  for (const int tag : tags) {
-    SurfaceOfNodes surface(body);
-    for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
-      while (end < sides.size() && sides[end].sorted == sides[begin].sorted) ++end;
-      // Between two simplices of one group there is no surface.
-      const bool is_interface = end - begin == 2 && sides[begin].tag != sides[begin + 1].tag;
-      if (end - begin > 1 && !is_interface) continue;
-      for (std::size_t n = begin; n < end; ++n)
-        if (sides[n].tag == tag) surface.add(sides[n].outward);
-      if (is_interface && sides[begin].tag == tag) interfaces.add(sides[begin].outward);
-    }
-    surfaces.push_back(surface.take());
+  const std::vector<Side> sides = sides_of(body, tag_of_simplex);
+  for (std::size_t begin = 0, end = 0; begin < sides.size(); begin = end) {
+    while (end < sides.size() && sides[end].sorted == sides[begin].sorted) ++end;
+    // Between two simplices of one group there is no surface.
+    const bool is_interface = end - begin == 2 && sides[begin].tag != sides[begin + 1].tag;
+    if (end - begin > 1 && !is_interface) continue;
+    for (std::size_t n = begin; n < end; ++n) surface_of.at(sides[n].tag).add(sides[n].outward);
+    if (is_interface) interfaces.add(sides[begin].outward);
   }
-  return std::make_shared<const Solids>(std::move(surfaces), tags, interfaces.take());
+  std::vector<Surface> surfaces;
+  for (auto& [tag, surface] : surface_of) surfaces.push_back(surface.take());
+  return std::make_shared<const Solids>(std::move(surfaces), std::vector<int>(tags.begin(), tags.end()),
+                                        interfaces.take());
 }
 
 }  // namespace calor

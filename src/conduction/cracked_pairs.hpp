@@ -1,8 +1,7 @@
 #pragma once
 // Pair weights of bodies with cracks, from the weights of the intact body. Two treatments:
 // - Cracks that are open from the start are surface, and cut the pairs across (cut_weights.hpp), those with a contact
-// as
-//   far as it hinders heat: what it cuts conducts in series with it.
+//   as far as it hinders heat: what it cuts conducts in series with it.
 // - Cracks that open while running act on single pairs, whose weights stay those of the intact body: a failed pair
 //   conducts no more, or in series with the contact. Always stable, of first order.
 #include <memory>

@@ -3,9 +3,10 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <limits>
 #include <vector>
+
+#include "base/cholesky.hpp"
 
 namespace calor {
 
@@ -36,8 +37,7 @@ void weigh(MlsWeight kind, const Vec3& x, std::span<const Vec3> nodes, std::span
   }
 }
 
-/// The moment matrix A = sum_k w_k p_k p_k^T and its Cholesky factor. All loops have lengths known when this is
-/// compiled; fixed matrices of Eigen took 1.0 to 1.6 times as long, and a minute to compile.
+/// The fit around one place x in D dimensions, by the moment matrix A = sum_k w_k p_k p_k^T.
 template <int D, int degree>
 class Fit {
  public:
@@ -72,43 +72,15 @@ class Fit {
     A_ = A;
   }
 
-  /// A = L L^T in the place of A, with 1 / L_ii on the diagonal; false where A is singular.
-  bool factorise() {
-    double least = std::numeric_limits<double>::infinity(), largest = 0;
-    for (int j = 0; j < M; ++j) {
-      double pivot = A_[j][j];
-      for (int k = 0; k < j; ++k) pivot -= A_[j][k] * A_[j][k];
-      if (!(pivot > 0)) return false;
-      least = std::min(least, pivot), largest = std::max(largest, pivot);
-      A_[j][j] = 1 / std::sqrt(pivot);
-      for (int i = j + 1; i < M; ++i) {
-        double sum = A_[i][j];
-        for (int k = 0; k < j; ++k) sum -= A_[i][k] * A_[j][k];
-        A_[i][j] = sum * A_[j][j];
-      }
-    }
-    return least * largest_condition > largest;
-  }
-
-  void solve(Vector& b) const {
-    for (int i = 0; i < M; ++i) {
-      for (int k = 0; k < i; ++k) b[i] -= A_[i][k] * b[k];
-      b[i] *= A_[i][i];
-    }
-    for (int i = M; i-- > 0;) {
-      for (int k = i + 1; k < M; ++k) b[i] -= A_[k][i] * b[k];
-      b[i] *= A_[i][i];
-    }
-  }
-
   /// A g = e_1, phi_k = w_k p_k.g;
   /// A g_,i = e_{1+i} / H_i - A_,i g, phi_k,i = w_k p_k.g_,i + w_k,i p_k.g: x moves, the centre of the basis does not.
   bool shape(std::span<double> phi, std::span<Vec3> gradient) {
     if (nodes_.size() < M) return false;
     assemble(phi);
-    if (!factorise()) return false;
+    const Cholesky<M> factor(A_);
+    if (!(factor.pivot_ratio() * largest_condition > 1)) return false;
     Vector g{1};
-    solve(g);
+    factor.solve(g);
     std::array<Vector, D> g_i{};
     for (int i = 0; i < D; ++i) g_i[i][1 + i] = by_H_[i];
     for (std::size_t k = 0; k < gradient.size(); ++k) {
@@ -118,7 +90,7 @@ class Fit {
         for (int m = 0; m < M; ++m) g_i[i][m] -= gradient[k][i] * p[m];
     }
     if (!gradient.empty())
-      for (Vector& b : g_i) solve(b);
+      for (Vector& b : g_i) factor.solve(b);
     for (std::size_t k = 0; k < phi.size(); ++k) {
       const Vector p = basis(k);
       if (!gradient.empty())
@@ -128,7 +100,7 @@ class Fit {
     return true;
   }
 
-  /// By the eigenvalues of A, before it is factorised.
+  /// By the eigenvalues of A.
   double condition() const {
     Eigen::MatrixXd A(M, M);
     for (int i = 0; i < M; ++i)

@@ -91,8 +91,7 @@ void end_cells_at_contacts(const Case& c, Cloud& cloud) {
   if (are_served) return end_cells_between_points(parts, std::move(separated), cloud);
   cloud.notes.push_back(
       "a contact runs through the cells of points, which is of first order in axisymmetric bodies, with cracks, and "
-      "with "
-      "regions on points of unequal spacings: put it midway between points where you can");
+      "with regions on points of unequal spacings: put it midway between points where you can");
 }
 
 }  // namespace calor

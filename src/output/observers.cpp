@@ -52,9 +52,9 @@ void declare_output(Schema& schema) {
            {"derivatives", Kind::texts, "", optional,
             "Numbers of the case, such as \"material.steel.conductivity\" or, entry by entry, "
             "\"material.steel.conductivity.grid\": derivatives.csv has the derivatives of the temperatures of all "
-            "probes "
-            "by them: of a steady state by its tangent or its adjoint, whichever takes fewer solutions, of a run by "
-            "tr-bdf2 by the tangents of its steps."},
+            "probes by them: of a steady state by its tangent or its adjoint, whichever takes fewer solutions, of a "
+            "run "
+            "by tr-bdf2 by the tangents of its steps."},
            {"derivatives_of", Kind::texts, "", optional,
             "Numbers of the balance that derivatives.csv has besides, as report.json names them: heat_flow.NAME, "
             "mean.NAME, minimum.NAME, maximum.NAME."},

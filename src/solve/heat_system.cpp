@@ -65,6 +65,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
     if (role_[i] != Role::free) not_free_.push_back(i);
   cloud.halo.update(is_known);
   is_known_.assign(is_known.begin(), is_known.end());
+  events_ = find_events();
 }
 
 void HeatSystem::exchange_materials(std::vector<MaterialField>& materials) {
@@ -288,7 +289,7 @@ double HeatSystem::longest_step(double begin, double end) const {
   return longest;
 }
 
-std::vector<double> HeatSystem::events() const {
+std::vector<double> HeatSystem::find_events() const {
   std::vector<double> all;
   const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
   for (const HeatTerm* term : terms_) add(term->events());

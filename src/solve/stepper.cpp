@@ -55,12 +55,11 @@ void Stepper::advance(HeatSystem& system, State& state, double t_end, const Afte
 }
 
 void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
-  if (!events_) events_ = system.events();
   if (const auto begin = std::exchange(stored_begin_, std::nullopt)) {
-    interval_.emplace(*events_, *begin, t_end);
+    interval_.emplace(system.events(), *begin, t_end);
     return;
   }
-  interval_.emplace(*events_, state.t, t_end);
+  interval_.emplace(system.events(), state.t, t_end);
   steps_in_interval_ = 0;
   if (!has_begun_) watch_.begin(system, state);
   const bool fresh = !has_begun_ || interval_->begins_at_break();

@@ -75,9 +75,8 @@ class Stepper : public Integrator {
   /// How far out of the range of data temperatures may be, K.
   double allowed_excess() const;
 
-  std::optional<std::vector<double>> events_;  ///< once a step has been asked for
-  std::optional<SmoothInterval> interval_;     ///< in which the state is, if it has not come to its end
-  std::optional<double> stored_begin_;         ///< of the interval in which the run was stored
+  std::optional<SmoothInterval> interval_;  ///< in which the state is, if it has not come to its end
+  std::optional<double> stored_begin_;      ///< of the interval in which the run was stored
   long steps_in_interval_ = 0;
   bool has_begun_ = false;
   RangeWatch watch_;

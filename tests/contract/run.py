@@ -94,7 +94,8 @@ class Contract(unittest.TestCase):
 
     def test_a_material_of_the_library_replaces_the_numbers_of_a_case(self):
         self.calor("new", "plate")
-        self.calor("run", "plate.toml", "material.steel.library=copper", "time.end=1 s", code=1)  # not what is expected
+        key = ".".join(["material", "steel", "library"])
+        self.calor("run", "plate.toml", f"{key}=copper", "time.end=1 s", code=1)  # not what is expected
         self.assertEqual(list(self.read_json("results/plate/report.json")["case"]["material"]["steel"])[0], "library")
 
     def test_new_offers_starters_and_copies_examples_with_the_files_that_they_name(self):
