@@ -139,6 +139,8 @@ auto with_fit(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3
 
 bool MovingLeastSquares::evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R,
                                   std::span<double> phi, std::span<Vec3> gradient) const {
+  phi = phi.first(nodes.size());
+  if (!gradient.empty()) gradient = gradient.first(nodes.size());
   weigh(weight, x, nodes, R, phi, gradient);
   return with_fit(*this, x, nodes, R, [&](auto fit) { return fit.shape(phi, gradient); });
 }

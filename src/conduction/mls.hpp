@@ -21,10 +21,10 @@ struct MovingLeastSquares {
   int terms() const { return degree == 1 ? dimension + 1 : (dimension + 1) * (dimension + 2) / 2; }
 
   /// Shape functions at x of the points `nodes`, whose supports with semi-axes R (m) cover x, and their full gradients
-  /// (1/m; may be empty). The polynomials are centred at x and scaled by the largest R along every axis, so the result
-  /// does not depend on place and size, and stretches with the points. Returns false, with phi and gradient undefined,
-  /// where the moment matrix is singular (condition number above 1e10): too few points, or all on a line or plane.
-  /// Allocates nothing.
+  /// (1/m; may be empty), into the beginning of spans that may be longer than `nodes`. The polynomials are centred at x
+  /// and scaled by the largest R along every axis, so the result does not depend on place and size, and stretches with
+  /// the points. Returns false, with phi and gradient undefined, where the moment matrix is singular (condition number
+  /// above 1e10): too few points, or all on a line or plane. Allocates nothing.
   bool evaluate(const Vec3& x, std::span<const Vec3> nodes, std::span<const Vec3> R, std::span<double> phi,
                 std::span<Vec3> gradient) const;
   /// Condition number of the moment matrix at x; infinite where it is singular.
