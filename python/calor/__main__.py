@@ -22,11 +22,11 @@ def plane(text: str) -> tuple[str, float]:
     axis, _, at = text.partition("=")
     if axis not in ("x", "y", "z"):
         raise argparse.ArgumentTypeError(f"'{text}' is no plane: write it as in y=\"10 mm\"")
-    from .command import CommandError
+    from .command import CaseError
     from .quantities import to_si
     try:
         return axis, to_si(at, "m")
-    except CommandError as error:
+    except CaseError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
@@ -102,15 +102,16 @@ def tell_pictures(write: Callable[[], pathlib.Path]) -> None:
         tell(f"no pictures: {nothing}")
 
 
-def write_fit(options: argparse.Namespace) -> None:
+def write_fit(options: argparse.Namespace) -> int:
     from . import fit
     found = fit.fit(options.case, options.output, j=options.j, say=tell)
     print(found.table())
     tell_pictures(lambda: picture(found.folder / "fit.png", found.plot))
     print(f"{found.folder / 'fit.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-fitted.toml'}")
+    return 0
 
 
-def write_study(options: argparse.Namespace) -> None:
+def write_study(options: argparse.Namespace) -> int:
     from . import study, toml
     from .command import CommandError
     values = {}
@@ -130,18 +131,20 @@ def write_study(options: argparse.Namespace) -> None:
         print(sobol.table(sobol.sobol(done, Case(options.case).to_dict().get("study", {}).get("range", {}))))
     tell_pictures(lambda: picture(done.folder / "study.png", done.plot))
     print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
+    return int(failed > 0)
 
 
-def write_optimum(options: argparse.Namespace) -> None:
+def write_optimum(options: argparse.Namespace) -> int:
     from . import optimise
     found = optimise.optimise(options.case, options.output, say=tell)
     print(found.table())
     print(f"{found.folder / 'optimum.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-best.toml'}")
     if options.picture:
         picture(pathlib.Path(options.picture), found.plot)
+    return int(not found.best.is_allowed)
 
 
-def write_certificate(options: argparse.Namespace) -> None:
+def write_certificate(options: argparse.Namespace) -> int:
     from . import certify, toml
     from .case import Case
     changes = dict(toml.change(text) for text in options.changes)
@@ -152,13 +155,14 @@ def write_certificate(options: argparse.Namespace) -> None:
         done = twin.twin(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","), factors=factors,
                          j=options.j, say=tell)
         print(done.table())
-        return
+        return 0
     certificate = certify.certify(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","),
                                   budget=certify.seconds(options.budget), factors=factors, j=options.j,
                                   say=tell)
     print(certificate.table())
     tell_pictures(certificate.write_page)
     print(certificate.folder / "certificate.json")
+    return 0
 
 
 def open_result(options: argparse.Namespace) -> Result:
@@ -196,23 +200,27 @@ def draw(options: argparse.Namespace) -> None:
         print(path)
 
 
+# What they return is the exit code.
 MANY_RUNS = {"certify": write_certificate, "fit": write_fit, "study": write_study, "optimise": write_optimum}
 
 
 def main(words: list[str]) -> int:
     options = read_arguments(words)
     try:
-        from .command import CalorError
+        from .command import CalorError, CommandError, FileError
         try:
             if options.verb == "plot":
                 draw(options)
             elif options.verb in MANY_RUNS:
-                MANY_RUNS[options.verb](options)
+                return MANY_RUNS[options.verb](options)
             else:
                 print(open_result(options).write_page(options.output))
         except (CalorError, ValueError) as error:
             print(f"calor: {error}", file=sys.stderr)
-            return getattr(error, "code", 2)
+            return getattr(error, "code", CommandError.code)
+        except OSError as error:
+            print(f"calor: {error.filename}: {error.strerror}", file=sys.stderr)
+            return FileError.code
     except KeyboardInterrupt:
         print("calor: interrupted; what has run so far is kept", file=sys.stderr)
         return 128 + signal.SIGINT

@@ -17,7 +17,7 @@ import numpy as np
 
 from . import convergence, refine, toml
 from .case import Case
-from .command import CalorError, CommandError, FileError, NumbersError, side_by_side
+from .command import CalorError, CaseError, CommandError, FileError, side_by_side, together
 from .result import Result
 
 if TYPE_CHECKING:
@@ -103,7 +103,7 @@ class Certificate:
         self.case, self.folder, self.budget, self.factors, self.j, self.say = case, folder, budget, factors, j, say
         self.methods = list(methods)
         self.runs: list[Run] = []
-        self.refused: dict[str, str] = {}
+        self.refused: dict[str, CalorError] = {}
         self.quantities: dict[str, Quantity] = {}
         self.span: dict[str, float] = {}
         self.beyond = ""  # what the next level would have taken
@@ -167,7 +167,7 @@ class Certificate:
         runs = side_by_side(attempt, wanted, self.j)
         for method, run in zip(wanted, runs):
             if isinstance(run, CalorError):
-                self.refused[method] = str(run)
+                self.refused[method] = run
                 self.say(f"{method} is left out: {run}")
         done = [run for run in runs if isinstance(run, Run)]
         if done:
@@ -200,7 +200,7 @@ class Certificate:
             for factor in COARSER[: 3 - len(cost)]:
                 self.runs += self._level(factor, in_time)
         if not self.runs:
-            raise NumbersError("; ".join(f"{method}: {why}" for method, why in self.refused.items()))
+            raise together(self.refused)
         self.runs.sort(key=lambda run: run.factor)
         self._judge()
 
@@ -266,7 +266,7 @@ class Certificate:
         return "\n".join(lines)
 
     def to_json(self) -> dict[str, Any]:
-        return {"case": self.case.name, "seconds": time.monotonic() - self.started, "refused": self.refused,
+        return {"case": self.case.name, "seconds": time.monotonic() - self.started, "refused": {method: str(why) for method, why in self.refused.items()},
                 "runs": [asdict(run) for run in self.runs], "beyond_the_budget": self.beyond,
                 "quantities": [{"name": q.name, "unit": q.unit, "statement": q.statement, "verdict": asdict(q.verdict) if q.verdict else None,
                                 "limits": {method: asdict(one) for method, one in q.limits.items()}, "values": q.values,
@@ -291,7 +291,7 @@ def certify(case: Case | str, folder: str | pathlib.Path | None = None, *, metho
     if unknown:
         raise CommandError(f"'{unknown[0]}' is no method: take some of {', '.join(METHODS)}")
     if "cloud" not in (written := case.to_dict()) or not isinstance(written["cloud"], Mapping):
-        raise CommandError(f"{case.name} has no [cloud] that could be refined")
+        raise CaseError(f"{case.name} has no [cloud] that could be refined")
     into.mkdir(parents=True, exist_ok=True)
     if factors is not None and (len(factors) < 3 or min(factors) <= 0 or sorted(set(factors)) != list(factors)):
         raise CommandError("a certificate takes at least three factors of refinement, rising, such as 1,1.5,2")

@@ -9,7 +9,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from typing import TypeVar
 
@@ -20,9 +20,9 @@ PACKAGE = pathlib.Path(__file__).resolve().parent
 
 
 class CalorError(RuntimeError):
-    """What calor refused or could not do. `code`: its exit code."""
+    """What calor refused or could not do. `code`: its exit code; 6 where it could not start, or nothing more is known."""
 
-    code = 1
+    code = 6
 
 
 class CommandError(CalorError):
@@ -37,7 +37,7 @@ class CaseError(CalorError):
 
     code = 3
 
-    def __init__(self, message: str, file: str | None, line: int | None, column: int | None, key: str | None) -> None:
+    def __init__(self, message: str, file: str | None = None, line: int | None = None, column: int | None = None, key: str | None = None) -> None:
         super().__init__(message)
         self.file, self.line, self.column, self.key = file, line, column, key
 
@@ -91,11 +91,20 @@ def error_of(code: int, said: str) -> CalorError:
             with contextlib.suppress(OSError):
                 key = key_at(pathlib.Path(file).read_text(), line)
             return CaseError(message, file, line, int(located["column"]), key)
-        return CaseError(message, None, None, None, None)
+        return CaseError(message)
     for kind in (CommandError, FileError, NumbersError):
         if kind.code == code:
             return kind(message)
-    return CalorError(message)
+    error = CalorError(message)
+    error.code = 128 - code if code < 0 else code  # a signal, as a shell tells it
+    return error
+
+
+def together(refused: Mapping[str, CalorError]) -> CalorError:
+    """The exception for what all methods, by name, have refused: of their kind where they have one in common."""
+    message = "; ".join(f"{method}: {why}" for method, why in refused.items())
+    codes = {why.code for why in refused.values()}
+    return error_of(codes.pop(), message) if len(codes) == 1 else NumbersError(message)
 
 
 def run(words: Sequence[str], progress: Callable[[float, str], None] | None = None) -> tuple[int, str]:

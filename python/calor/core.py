@@ -26,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import command, toml
 from .case import Case
-from .command import CalorError, CommandError
+from .command import CommandError
 from .result import Result
 
 try:
@@ -336,7 +336,7 @@ def materials() -> list[str]:
 
 
 def material(name: str) -> Material:
-    """The material of that name in the library. Raises CalorError."""
+    """The material of that name in the library. Raises CommandError."""
     if name not in materials():
-        raise CalorError(f"the library has no material '{name}': it has {', '.join(materials())}")
+        raise CommandError(f"the library has no material '{name}': it has {', '.join(materials())}")
     return Material(name)

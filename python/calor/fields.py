@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from . import quantities
-from .command import CaseError, CommandError
+from .command import CaseError
 from .result import Array
 from .unknowns import Unknown
 
@@ -38,7 +38,7 @@ def read_field(case: Mapping[str, Any], entry: Mapping[str, Any], where: str) ->
     try:
         grid = quantities.at(case, key)
         if not key.endswith(".grid"):
-            raise CommandError(f"'{key}' is no grid: name one as in material.plate.conductivity.grid")
+            raise CaseError(f"'{key}' is no grid: name one as in material.plate.conductivity.grid")
         function = quantities.at(case, key.removesuffix(".grid"))
         values = np.array(grid, float)
         unit = function.get("unit", "")
@@ -46,26 +46,26 @@ def read_field(case: Mapping[str, Any], entry: Mapping[str, Any], where: str) ->
         axes = [np.linspace(quantities.to_si(first, "m"), quantities.to_si(last, "m"), nodes)
                 for first, last, nodes in zip(function["from"], function["to"], values.shape)]
         if values.ndim != len(along):
-            raise CommandError(f"the grid is {values.ndim} lists deep, and 'along' names {len(along)} axes: write as many")
+            raise CaseError(f"the grid is {values.ndim} lists deep, and 'along' names {len(along)} axes: write as many")
 
         def number_of(name: str, default: float) -> float:
             if name not in entry:
                 return default
             value, its_unit = quantities.split(entry[name])
             if its_unit != unit:
-                raise CommandError(f"'{name}' is in '{its_unit}', the grid in '{unit}': write both in one unit")
+                raise CaseError(f"'{name}' is in '{its_unit}', the grid in '{unit}': write both in one unit")
             return value
 
         mean, within, length = number_of("expected", np.nan), number_of("within", np.nan), quantities.to_si(entry["length"], "m")
         low, high = number_of("from", -np.inf), number_of("to", np.inf)
         if not within > 0 or not length > 0:
-            raise CommandError("'within' and 'length' of a field must be positive: give what is known about it")
+            raise CaseError("'within' and 'length' of a field must be positive: give what is known about it")
         if not np.all((values >= low) & (values <= high) & (values != 0)):
-            raise CommandError(f"the grid has values outside of {low:g} to {high:g}, or of 0: the search begins with them, correct them")
+            raise CaseError(f"the grid has values outside of {low:g} to {high:g}, or of 0: the search begins with them, correct them")
     except (ValueError, TypeError, KeyError, AttributeError):
         raise CaseError(f"{where}: '{key}' is no grid of numbers with along, from, to: write grid = [[1, 2], [3, 4]]",
                         where.split(":")[0], None, None, key) from None
-    except CommandError as error:
+    except CaseError as error:
         raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, key) from None
     unknowns = [Unknown(key + "".join(f"[{n}]" for n in node), "", float(values[node]), low, high) for node in np.ndindex(values.shape)]
     places = np.stack(np.meshgrid(*axes, indexing="ij"), -1).reshape(values.size, -1)

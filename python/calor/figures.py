@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from . import page, quantities
 from .certify import ROUND_OFF
-from .command import CommandError
+from .command import CaseError, CommandError
 from .convergence import text
 from .readings import Data
 from .result import Array
@@ -34,7 +34,7 @@ def is_number(value: object) -> bool:
     try:
         quantities.split(value)
         return True
-    except CommandError:
+    except CaseError:
         return False
 
 

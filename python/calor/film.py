@@ -6,7 +6,7 @@ import pathlib
 import matplotlib
 import matplotlib.pyplot as plt
 
-from .command import CalorError
+from .command import CommandError
 from .plot import colour_bar, draw_section, in_section, isotherm_of, put_title, section_figure
 from .result import Result
 from .style import theme
@@ -17,9 +17,9 @@ def animate(result: Result, path: pathlib.Path, *, name: str = "temperature", pl
     """The section over all times of the result as a film: .mp4 (needs ffmpeg) or .gif. One scale of colours for all."""
     from matplotlib.animation import FuncAnimation, writers
     if len(result.times) < 2:
-        raise CalorError("a film needs several times: give [output] every, or times")
+        raise CommandError("a film needs several times: give [output] every, or times")
     if path.suffix == ".mp4" and not writers.is_available("ffmpeg"):
-        raise CalorError("a film .mp4 needs ffmpeg: apt-get install ffmpeg, or ask for a .gif by --film gif")
+        raise CommandError("a film .mp4 needs ffmpeg: apt-get install ffmpeg, or ask for a .gif by --film gif")
     ranges = [in_section(result.shown(result.fields(t)), name, plane) for t in result.times]
     limits = (min(values.min() for values in ranges), max(values.max() for values in ranges))
     with theme(dark):

@@ -131,12 +131,12 @@ class Search:
             raise CommandError("calor fit takes no variant: write the case as it is meant")
         asked = self.written.get("fit", {})
         if not (asked.get("unknown") or asked.get("field")) or not asked.get("data"):
-            raise CommandError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
+            raise CaseError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
         self.iterations = int(asked.get("iterations", 20))
         self.unknowns = [read_unknown(self.written, entry, line_of(case.path, "fit.unknown", n)) for n, entry in enumerate(asked.get("unknown", []))]
         for n, u in enumerate(self.unknowns):
             if u.key in [other.key for other in self.unknowns[:n]]:
-                raise CommandError(f"{line_of(case.path, 'fit.unknown', n)}: '{u.key}' is an unknown already: keep one of the two")
+                raise CaseError(f"{line_of(case.path, 'fit.unknown', n)}: '{u.key}' is an unknown already: keep one of the two")
         self.fields = [read_field(self.written, entry, line_of(case.path, "fit.field", n)) for n, entry in enumerate(asked.get("field", []))]
         # What is expected: rows W of the unknowns from `first` on, whose W (x - mean) are independent numbers of size 1.
         self.expected = [(n, np.array([[1 / u.within]]), u.expected) for n, u in enumerate(self.unknowns) if u.expected is not None]
@@ -150,7 +150,7 @@ class Search:
         # Does a run give the derivatives of all that is measured?
         self.has_derivatives = all(d.source != "report" for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
         if self.fields and not (self.has_derivatives and "steady" in self.written):
-            raise CommandError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes, heat flows and mean temperatures alone: elsewhere derivatives would "
+            raise CaseError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes, heat flows and mean temperatures alone: elsewhere derivatives would "
                                "cost a run for every value")
         self.runs = 0
 

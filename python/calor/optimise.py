@@ -16,7 +16,7 @@ import numpy as np
 
 from . import quantities, refine, toml
 from .case import Case
-from .command import CaseError, CommandError
+from .command import CaseError
 from .result import Array, Result
 from .unknowns import Unknown, line_of, read_unknown
 
@@ -41,7 +41,7 @@ class Limit:
 
 def number_of(result: Result, name: str, where: str) -> float:
     if name not in result.numbers:
-        raise CommandError(f"{where}: report.json has no '{name}'; it has {', '.join(sorted(result.numbers))}")
+        raise CaseError(f"{where}: report.json has no '{name}'; it has {', '.join(sorted(result.numbers))}")
     return float(result.numbers[name])
 
 
@@ -49,10 +49,10 @@ def read_limit(entry: Mapping[str, Any], where: str) -> Limit:
     """One [[optimise.limit]]. Raises CaseError."""
     try:
         if ("at_most" in entry) == ("at_least" in entry):
-            raise CommandError("a limit is 'at_most' or 'at_least': give one of them")
+            raise CaseError("a limit is 'at_most' or 'at_least': give one of them")
         key = "at_most" if "at_most" in entry else "at_least"
         return Limit(entry["report"], key == "at_most", quantities.to_si(entry[key], quantities.kind_of_number(entry["report"])), where)
-    except CommandError as error:
+    except CaseError as error:
         raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, "optimise.limit") from None
 
 
@@ -96,7 +96,7 @@ class Optimum:
             lines.append(f"{limit.number:<{width}}  {first:>12.5g}  {best:>12.5g}  {quantities.kind_of_number(limit.number)}"
                          f"  ({'at most' if limit.is_upper else 'at least'} {limit.bound:g})")
         if not self.best.is_allowed:
-            lines.append("No run keeps all limits: widen those of the unknowns, or of the results.")
+            lines.append("No run keeps all limits; the one that misses them least stands here: widen those of the unknowns, or of the results.")
         return "\n".join(lines)
 
     def plot(self) -> Any:
@@ -106,7 +106,7 @@ class Optimum:
         shown = {"start": self.first, "best": self.best}
         try:
             finer = {name: self.finer(trial, name) for name, trial in shown.items()}
-        except CommandError:
+        except CaseError:
             finer = None
         return stress.compare({name: trial.result for name, trial in shown.items()}, finer)
 
@@ -126,7 +126,7 @@ class Search:
         self.written = case.to_dict()
         asked = self.written.get("optimise", {})
         if not asked.get("unknown") or ("minimise" in asked) == ("maximise" in asked):
-            raise CommandError(f"{case.name} has no [optimise] with 'minimise' or 'maximise' and [[optimise.unknown]]: see docs/optimise.md")
+            raise CaseError(f"{case.name} has no [optimise] with 'minimise' or 'maximise' and [[optimise.unknown]]: see docs/optimise.md")
         self.sign = 1 if "minimise" in asked else -1
         self.number = asked.get("minimise", asked.get("maximise"))
         self.iterations = int(asked.get("iterations", 40))
@@ -156,7 +156,7 @@ class Search:
         return quantities.changes_at(self.written, {u.key: quantities.joined(value, u.unit) for u, value in zip(self.unknowns, values)})
 
     def finer(self, trial: Trial, name: str) -> Result:
-        """A trial on half the spacing. Raises CommandError for clouds that come from files."""
+        """A trial on half the spacing. Raises CaseError for clouds that come from files."""
         finer, _ = refine.refined(self.written["cloud"], 2)
         return self.case.changed({**self.changes(trial.values), **finer}).run(self.folder / f"{name}-on-half-the-spacing", show_progress=False)
 

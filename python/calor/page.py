@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from . import toml
-from .command import CalorError
+from .command import CalorError, FileError
 from .result import Array, Fields, Result, Table, is_straight, length_unit, number_text
 from .style import CURVES, VIRIDIS
 
@@ -332,5 +332,5 @@ def fill(path: pathlib.Path, title: str, body: str, data: dict[str, Any]) -> pat
     try:
         path.write_text(re.sub(r"\{\{([^}]+)\}\}", filled, template))
     except OSError as error:
-        raise CalorError(f"{path} cannot be written: {error.strerror}") from None
+        raise FileError(f"{path} cannot be written: {error.strerror}") from None
     return path

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from .command import CalorError
+from .command import CalorError, CommandError
 from .quantities import to_si
 from .result import Array, Fields, Result, Table, is_straight, length_unit
 from .stress import stress
@@ -79,7 +79,7 @@ def references(axes: Axes, result: Result) -> None:
 def field(fields: Fields, name: str) -> tuple[Array, str]:
     """Values and label of a field; of vectors their length. Raises CalorError."""
     if name not in fields:
-        raise CalorError(f"there is no field '{name}'; there are {', '.join(fields)}")
+        raise CommandError(f"there is no field '{name}'; there are {', '.join(fields)}")
     values = fields[name]
     return (np.linalg.norm(values, axis=1) if values.ndim > 1 else values), fields.label(name)
 
@@ -89,7 +89,7 @@ def cut(fields: Fields, plane: tuple[str, float] | None) -> tuple[Array, list[in
     3D those within 0.7 spacings of a plane such as ("y", 0.01), without one of that through the middle of the body
     across its shortest side."""
     if fields.dimension == 1:
-        raise CalorError("a rod has no section: ask for its lines")
+        raise CommandError("a rod has no section: ask for its lines")
     if fields.dimension == 2:
         return np.arange(len(fields.x)), [0, 1], np.zeros(len(fields.x))
     low, high = fields.x.min(0), fields.x.max(0)
@@ -97,7 +97,7 @@ def cut(fields: Fields, plane: tuple[str, float] | None) -> tuple[Array, list[in
     distance = fields.x[:, axis] - (plane[1] if plane else 0.5 * (low + high)[axis])
     near = np.flatnonzero(abs(distance) <= 0.7 * fields["spacing"])
     if len(near) < 3:
-        raise CalorError(f"no points lie near this plane: {'xyz'[axis]} of the body goes from {low[axis]:g} to {high[axis]:g} m")
+        raise CommandError(f"no points lie near this plane: {'xyz'[axis]} of the body goes from {low[axis]:g} to {high[axis]:g} m")
     across = [n for n in range(3) if n != axis]
     # Of points one behind the other, as lattices have them, the nearest.
     order = near[np.argsort(abs(distance[near]), kind="stable")]
@@ -272,7 +272,7 @@ def lines(result: Result, name: str = "temperature") -> Figure:
             axes.plot(factor * fields.x[order, 0], values[order], label=time_text(fields.t, result.report["case"]))
             axes.set(xlabel=f"x [{unit}]", ylabel=label)
     else:
-        raise CalorError("no [[expect]] of this result is on a line")
+        raise CommandError("no [[expect]] of this result is on a line")
     axes.set_title(result.title)
     put_legend(axes)
     return figure
@@ -320,7 +320,7 @@ def surface(result: Result, name: str = "temperature", t: float | None = None) -
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
     fields = result.shown(result.surface(t))
     if fields.dimension != 3:
-        raise CalorError("only bodies of three dimensions have a surface to look at: ask for the section")
+        raise CommandError("only bodies of three dimensions have a surface to look at: ask for the section")
     factor, unit = length_unit(fields.x)
     values, label = field(fields, name)
     figure = plt.figure(figsize=(8, 6.2))
@@ -356,14 +356,14 @@ def figure(result: Result, what: str | None = None, *, dark: bool = False, **opt
     with theme(dark):
         if what is not None:
             if what not in PICTURES:
-                raise CalorError(f"there is no picture '{what}'; there are {', '.join(PICTURES)}")
+                raise CommandError(f"there is no picture '{what}'; there are {', '.join(PICTURES)}")
             return PICTURES[what](result, **options)
         for draw in PICTURES.values():
             try:
                 return draw(result, **options)
             except (CalorError, TypeError):
                 plt.close()
-    raise CalorError(f"{result.folder} has nothing to draw")
+    raise CommandError(f"{result.folder} has nothing to draw")
 
 
 def pictures(result: Result, **options: Any) -> dict[str, Figure]:

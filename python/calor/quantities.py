@@ -6,7 +6,7 @@ import re
 from collections.abc import Mapping
 from typing import Any
 
-from .command import CommandError
+from .command import CaseError
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
 # What measurements are written in: factor and offset to SI.
@@ -16,12 +16,12 @@ UNITS = {"s": (1, 0), "ms": (1e-3, 0), "min": (60, 0), "h": (3600, 0), "K": (1, 
 
 
 def split(quantity: Any) -> tuple[float, str]:
-    """(12.5, "W/(m K)") of "12.5 W/(m K)"; of a plain number (0.8, ""). Raises CommandError."""
+    """(12.5, "W/(m K)") of "12.5 W/(m K)"; of a plain number (0.8, ""). Raises CaseError."""
     if isinstance(quantity, (int, float)) and not isinstance(quantity, bool):
         return float(quantity), ""
     found = re.fullmatch(rf"\s*({NUMBER})\s*(.*?)\s*", quantity) if isinstance(quantity, str) else None
     if not found:
-        raise CommandError(f"{quantity!r} is no number with a unit: write, for example, \"12 W/(m K)\"")
+        raise CaseError(f"{quantity!r} is no number with a unit: write, for example, \"12 W/(m K)\"")
     return float(found[1]), found[2]
 
 
@@ -32,7 +32,7 @@ def joined(number: float, unit: str) -> str | float:
 
 def to_si(quantity: Any, kind: str, difference: bool = False) -> float:
     """Of a quantity of `kind`: "K", "s", "W", "J", "Pa", "m" or "". A difference of temperatures takes no offset. Raises
-    CommandError."""
+    CaseError."""
     number, unit = split(quantity)
     factor, offset = unit_of(unit, kind, str(quantity))
     return number * factor + (0 if difference else offset)
@@ -47,10 +47,10 @@ def kind_of_number(name: str) -> str:
 
 
 def unit_of(unit: str, kind: str, what: str) -> tuple[float, float]:
-    """Factor and offset to SI. Raises CommandError where the unit is not one of `kind`."""
+    """Factor and offset to SI. Raises CaseError where the unit is not one of `kind`."""
     kinds = {"K": ("K", "degC", "degF"), "s": ("s", "ms", "min", "h"), "W": ("W", "kW"), "J": ("J", "kJ"), "Pa": ("Pa", "kPa", "MPa", "GPa"), "m": ("m", "cm", "mm", "um"), "": ("",)}
     if unit not in kinds[kind]:
-        raise CommandError(f"{what}: '{unit}' is no unit of what is measured: take {', '.join(kinds[kind]) or 'none'}")
+        raise CaseError(f"{what}: '{unit}' is no unit of what is measured: take {', '.join(kinds[kind]) or 'none'}")
     return UNITS[unit]
 
 
@@ -64,13 +64,13 @@ def steps_of(path: str) -> list[str | int]:
 
 
 def at(case: Mapping[str, Any], path: str) -> Any:
-    """The value at a path. Raises CommandError where there is none."""
+    """The value at a path. Raises CaseError where there is none."""
     value: Any = case
     for step in steps_of(path):
         try:
             value = value[step]
         except (KeyError, IndexError, TypeError):
-            raise CommandError(f"the case has no '{path}': write keys as they stand in it, such as material.steel.conductivity") from None
+            raise CaseError(f"the case has no '{path}': write keys as they stand in it, such as material.steel.conductivity") from None
     return value
 
 

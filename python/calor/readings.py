@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from . import quantities
-from .command import CaseError, CommandError
+from .command import CaseError
 from .result import Array, Result, split_unit
 
 
@@ -47,7 +47,7 @@ class Data:
         if self.source == "probe":
             return self.at_times(result.probes, self.name)
         if self.name not in result.numbers:
-            raise CommandError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
+            raise CaseError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
         if self.source == "report":
             return np.full(self.value.shape, result.numbers[self.name])
         kind, _, of = self.name.partition(".")
@@ -83,7 +83,7 @@ def read_probes(entry: Mapping[str, Any], where: str, folder: pathlib.Path, prob
     try:
         noise = quantities.to_si(entry["noise"], "K", difference=True)
         factor, offset = quantities.unit_of(split_unit(headings[1])[1], "K", f"{path}:1")
-    except CommandError as error:
+    except CaseError as error:
         raise refusal(str(error), "correct it", where) from None
     if not noise > 0:
         raise refusal(f"a noise of {entry['noise']}", "give a standard deviation above 0", where)
@@ -131,7 +131,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
             if t != math.inf and not 0 <= t <= end:
                 raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
             return [Data(name, source, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)]
-    except CommandError as error:
+    except CaseError as error:
         raise refuse(str(error), "correct it") from None
     path = folder / entry["file"]
     written, rows = read_rows(path, where)
@@ -151,7 +151,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     try:
         to_s = quantities.unit_of(headings[in_time][1], "s", f"{path}:1")
         to_unit = quantities.unit_of(headings[column][1], kind, f"{path}:1")
-    except CommandError as error:
+    except CaseError as error:
         raise refuse(str(error), "write it into the heading, as in 'tc1 [degC]'") from None
     for place, row in rows:
         try:

@@ -5,7 +5,7 @@ import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .command import CommandError
+from .command import CaseError
 from .quantities import to_si
 
 
@@ -13,7 +13,7 @@ def scaled(quantity: str, factor: float) -> str:
     """ "0.25 mm" of "0.5 mm" and 0.5."""
     number = re.match(r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)(.*)", quantity, re.DOTALL)
     if not number:
-        raise CommandError(f"'{quantity}' is no length that can be scaled: write a number and a unit")
+        raise CaseError(f"'{quantity}' is no length that can be scaled: write a number and a unit")
     return f"{float(number[1]) * factor:.12g}{number[2]}"
 
 
@@ -21,7 +21,7 @@ def divided(places: Sequence[str], parts: int) -> list[str]:
     """Every interval between places, such as "2 mm", in so many equal parts. All have to have one unit."""
     units = {re.sub(r"^\s*[-+0-9.eE]+", "", place).strip() for place in places}
     if len(units) != 1:
-        raise CommandError(f"places in several units ({', '.join(sorted(units))}) cannot be divided: take one unit")
+        raise CaseError(f"places in several units ({', '.join(sorted(units))}) cannot be divided: take one unit")
     unit = units.pop()
     at = [float(re.match(r"\s*[-+0-9.eE]+", place)[0]) for place in places]  # type: ignore[index]
     finer = [a + (b - a) * n / parts for a, b in zip(at, at[1:]) for n in range(parts)] + at[-1:]
@@ -40,7 +40,7 @@ def can_be_divided_only(cloud: Mapping[str, Any]) -> bool:
 
 def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], float]:
     """Changes of [cloud], as dotted keys, that put about `factor` times as many points along a line, and by how much
-    they do so. Raises CommandError for clouds that come from files."""
+    they do so. Raises CaseError for clouds that come from files."""
     changes: dict[str, Any] = {}
     shape = cloud.get("shape")
     reached = factor
@@ -56,7 +56,7 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
 
     if can_be_divided_only(cloud):
         if factor != round(factor):
-            raise CommandError(f"places of points that are listed can be divided in whole parts only, not in {factor:g}")
+            raise CaseError(f"places of points that are listed can be divided in whole parts only, not in {factor:g}")
         for axis in "xyz":
             if axis in cloud:
                 changes[f"cloud.{axis}"] = divided(cloud[axis], round(factor))
@@ -72,7 +72,7 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
     elif "spacing" in cloud:
         changes["cloud.spacing"] = scaled(cloud["spacing"], 1 / factor)
     else:
-        raise CommandError(f"the points of a cloud with shape = \"{shape}\" cannot be refined here: "
+        raise CaseError(f"the points of a cloud with shape = \"{shape}\" cannot be refined here: "
                            "take a shape with 'spacing' or 'points', or compare clouds of your own by hand")
     if near := cloud.get("near"):
         changes["cloud.near"] = [{**one, "spacing": scaled(one["spacing"], 1 / factor)} for one in near]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import quantities
-from .command import CommandError
+from .command import CaseError
 
 if TYPE_CHECKING:
     from .study import Study
@@ -54,13 +54,13 @@ def expand(x: Any, y: Any, limits: Sequence[tuple[float, float]]) -> tuple[list[
 
 
 def sobol(study: Study, ranges: Mapping[str, Any]) -> list[Indices]:
-    """Of all quantities of a study of `ranges` alone that vary. Raises CommandError where it has too few runs."""
+    """Of all quantities of a study of `ranges` alone that vary. Raises CaseError where it has too few runs."""
     rows = [row for row in study.rows if "failed" not in row]
     keys = list(ranges)
     if not keys or set(study.keys) != set(keys):
-        raise CommandError("Sobol's indices take samples of [study.range] alone, without [study.values]")
+        raise CaseError("Sobol's indices take samples of [study.range] alone, without [study.values]")
     if len(rows) < 10 * len(keys):
-        raise CommandError(f"Sobol's indices by {len(rows)} runs of {len(keys)} numbers: take [study] samples = {10 * len(keys)} or more")
+        raise CaseError(f"Sobol's indices by {len(rows)} runs of {len(keys)} numbers: take [study] samples = {10 * len(keys)} or more")
     limits = [(quantities.split(ranges[key][0])[0], quantities.split(ranges[key][1])[0]) for key in keys]
     x = np.array([[quantities.split(row[key])[0] for key in keys] for row in rows])
     found = []

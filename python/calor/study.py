@@ -14,7 +14,7 @@ import numpy as np
 
 from . import certify, quantities
 from .case import Case
-from .command import CalorError, CommandError, FileError, side_by_side
+from .command import CalorError, CaseError, CommandError, FileError, side_by_side
 from .result import Result
 
 if TYPE_CHECKING:
@@ -104,7 +104,10 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
     asked["rows"] = rows or asked.get("rows", False)
     if values:
         asked.pop("range", None)
-    runs = plan(asked)
+    try:
+        runs = plan(asked)
+    except CommandError as error:
+        raise error if values else CaseError(f"{base.path or base.name}: {error}") from None
     keys = list(runs[0])
     into.mkdir(parents=True, exist_ok=True)
     reused = 0

@@ -15,7 +15,7 @@ import numpy as np
 
 from . import quantities, refine
 from .case import Case
-from .command import CalorError, CommandError, NumbersError, side_by_side
+from .command import CalorError, CaseError, side_by_side, together
 from .result import Result
 
 FACTORS = (1, 1.5, 2)
@@ -53,7 +53,7 @@ class Layer:
 def in_si(quantity: Any, units: Mapping[str, float]) -> float:
     number, unit = quantities.split(quantity)
     if unit not in units:
-        raise CommandError(f"{quantity}: take one of {', '.join(units)}")
+        raise CaseError(f"{quantity}: take one of {', '.join(units)}")
     return number * units[unit]
 
 
@@ -65,7 +65,7 @@ def layers_of(case: Mapping[str, Any]) -> list[Layer]:
     try:
         return [Layer(quantities.to_si(layer["thickness"], "m"), in_si(case["material"][layer["material"]]["conductivity"], CONDUCTIVITY),
                       1 / in_si(layer["contact"], CONDUCTANCE) if "contact" in layer else 0.0) for layer in body["layer"]]
-    except (CommandError, KeyError, ZeroDivisionError):
+    except (CaseError, KeyError, ZeroDivisionError):
         return []
 
 
@@ -121,7 +121,7 @@ class Twin:
     formula: str
     span: float
     of_methods: list[Orders]
-    refused: dict[str, str]
+    refused: dict[str, CalorError]
     folder: pathlib.Path
 
     def table(self) -> str:
@@ -149,7 +149,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     replaced: dict[str, Any] = {"twin": known.keys(), "output.fields": False,
                 "expect": [{"name": "twin", "field": True, "norm": "rms", "value": {"formula": formula, "unit": "K"}, "within": "1e9 K"}]}
     levels: Sequence[float] = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
-    refused: dict[str, str] = {}
+    refused: dict[str, CalorError] = {}
 
     def error(method: str, factor: float) -> tuple[float, float]:
         changes, reached = refine.refined(written["cloud"], factor)
@@ -165,7 +165,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
         try:
             rows = [error(method, factor) for factor in levels]
         except CalorError as problem:
-            refused[method] = str(problem)
+            refused[method] = problem
             return None
         say(f"{method}: " + ", ".join(f"{e:.2g} K" for _, e in rows))
         fine, errors = np.array(rows).T
@@ -175,9 +175,9 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
 
     found = [one for one in side_by_side(orders, methods, j) if one]
     if not found:
-        raise NumbersError("; ".join(f"{method}: {why}" for method, why in refused.items()))
+        raise together(refused)
     done = Twin(formula, span, found, refused, into)
-    (into / "twin.json").write_text(json.dumps({"temperature": formula, "span": span, "methods": [asdict(one) for one in found], "refused": refused}, indent=1))
+    (into / "twin.json").write_text(json.dumps({"temperature": formula, "span": span, "methods": [asdict(one) for one in found], "refused": {method: str(why) for method, why in refused.items()}}, indent=1))
     return done
 
 

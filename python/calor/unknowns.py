@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from . import quantities
-from .command import CaseError, CommandError
+from .command import CaseError
 
 
 @dataclass
@@ -43,24 +43,24 @@ def read_unknown(case: Mapping[str, Any], entry: Mapping[str, Any], where: str) 
     try:
         stands = quantities.at(case, entry["key"])
         if not isinstance(stands, (str, int, float)) or isinstance(stands, bool):
-            raise CommandError(f"'{entry['key']}' is no single number: name an entry of it, such as {entry['key']}.k[0]")
+            raise CaseError(f"'{entry['key']}' is no single number: name an entry of it, such as {entry['key']}.k[0]")
         unit = quantities.split(stands)[1]
 
         def number_of(name: str) -> float:
             value, its_unit = quantities.split(entry[name])
             if its_unit != unit:
-                raise CommandError(f"'{name}' is in '{its_unit}', the key in '{unit}': write both in one unit")
+                raise CaseError(f"'{name}' is in '{its_unit}', the key in '{unit}': write both in one unit")
             return value
 
         u = Unknown(entry["key"], unit, number_of("start"))
         u.low = number_of("from") if "from" in entry else u.low
         u.high = number_of("to") if "to" in entry else u.high
         if ("expected" in entry) != ("within" in entry):
-            raise CommandError("'expected' and 'within' go together: give both or none")
+            raise CaseError("'expected' and 'within' go together: give both or none")
         if "expected" in entry:
             u.expected, u.within = number_of("expected"), number_of("within")
         if not u.low <= u.start <= u.high or u.start == 0:
-            raise CommandError(f"a start of {u.start:g} outside its limits, or of 0: give another")
+            raise CaseError(f"a start of {u.start:g} outside its limits, or of 0: give another")
         return u
-    except CommandError as error:
+    except CaseError as error:
         raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, entry["key"]) from None

@@ -11,10 +11,12 @@
 
 #include "app/derivatives.hpp"
 #include "app/model.hpp"
+#include "app/run.hpp"
 #include "app/say.hpp"
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "cloud/points.hpp"
+#include "output/expect.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
 #include "output/temperature_unit.hpp"
@@ -60,14 +62,15 @@ int check_case(const Case& c, MPI_Comm comm) {
   const Bounds bounds = bounds_of_all(cloud);
   Start begin = start(model);
   State& state = begin.state;
-  make_observers({.description = c,
-                  .system = system,
-                  .probes = probes,
-                  .weld = WeldResults::make(c, system, probes, state, begin.E_before_walls),
-                  .stress = ThermalStress::make(c, system, probes),
-                  .start_E = begin.E_before_walls,
-                  .start = state,
-                  .phases = phases});
+  const RunSetup setup{.description = c,
+                       .system = system,
+                       .probes = probes,
+                       .weld = WeldResults::make(c, system, probes, state, begin.E_before_walls),
+                       .stress = ThermalStress::make(c, system, probes),
+                       .start_E = begin.E_before_walls,
+                       .start = state,
+                       .phases = phases};
+  require_numbers(c, number_names(model, make_observers(setup)));
   TemperatureUnit::of(c);  // refuses what does not fit, as does the integrator
   const auto integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
   check_derivatives(c, probes, system, integrator.get());

@@ -117,12 +117,21 @@ std::vector<std::string> add_remarks_on_file(Model& m) {
   return remarks;
 }
 
+/// A place of a part that nothing holds at a level. Collective.
+std::optional<Vec3> loose_part(const Model& m) {
+  try {
+    return m.system->loose_part(m.T_start);
+  } catch (const Error&) {  // `start` tells of conductivities that are wrong
+    return std::nullopt;
+  }
+}
+
 /// A steady temperature has a level only where something fixes it, in every part of the body. Collective.
 void require_level(const Case& c, const Model& m) {
   const std::string cure =
       "prescribe a temperature, convection or radiation on some wall, or take [time] instead of [steady]";
   if (!m.system->level_is_fixed()) c.root().refuse("steady", "nothing fixes the level of a steady temperature", cure);
-  if (const auto loose = m.system->loose_part(m.T_start))
+  if (const auto loose = loose_part(m))
     c.root().refuse("steady",
                     fmt::format("nothing fixes the level of the steady temperature of the part around ({:.6g}, {:.6g}, "
                                 "{:.6g}) m, which is cut off from the rest",
@@ -184,6 +193,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
   m.notes = m.cloud->notes;
+  if (has_cracks(c)) std::ranges::copy(notes_on_cracks(c, *m.cloud), std::back_inserter(m.notes));
   if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(m); });
   Conditions conditions;
   std::vector<std::unique_ptr<Source>> sources;

@@ -4,7 +4,10 @@
 #include <spdlog/spdlog.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <filesystem>
+#include <initializer_list>
+#include <iterator>
 #include <optional>
 #include <utility>
 
@@ -14,6 +17,7 @@
 #include "app/model.hpp"
 #include "base/parallel.hpp"
 #include "output/checkpoint.hpp"
+#include "output/expect.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 #include "output/probes.hpp"
@@ -79,6 +83,16 @@ void finish(const Model& model, State& state, const Observers& observers, RunRes
   result.numbers["interrupted_by"] = result.interrupted_by;
 }
 
+/// Tells sources that have given no heat: what they are to heat, or when, is not what was meant.
+void tell_idle_sources(const Case& c, const Model& model, const RunResult& result) {
+  const HeatSystem& system = *model.system;
+  for (const auto& [name, table] : c.section("source").children()) {
+    const auto heat = result.numbers.find((is_steady(c) ? "power_deposited." : "heat.") + name);
+    if (heat == result.numbers.end() || heat->second != 0 || rank_of(system.cloud().comm) != 0) continue;
+    spdlog::warn("{}: the source '{}' has given no heat", table.location().text(), name);
+  }
+}
+
 void refuse_restart_of_steady(const Case& c) {
   if (is_steady(c))
     c.root().refuse("steady", "a steady state has no checkpoints to go on from", "run it anew, without --restart");
@@ -131,6 +145,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .is_quiet = options.quiet,
                        .phases = phases};
   Observers observers = make_observers(setup);
+  require_numbers(c, number_names(model, observers));
   const std::unique_ptr<Integrator> integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
   if (auto derivatives = make_derivative_log(setup, model, integrator.get()))
     observers.push_back(std::move(derivatives));
@@ -174,6 +189,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   }
   lock.require_folder();
   finish(model, state, observers, result);
+  if (!result.is_cut_short()) tell_idle_sources(c, model, result);
   write_report(comm, options.folder, c, result, phases);
   result.wall = phases.elapsed();
   for (const std::string& text : summary(result, unit)) say(comm, spdlog::level::debug, text);
@@ -183,6 +199,30 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
 }
 
 }  // namespace
+
+std::vector<std::string> number_names(const Model& model, const Observers& observers) {
+  std::vector<std::string> names{"points",     "dimension", "volume",       "volume_error",  "area_sum",
+                                 "moment_sum", "ranks",     "memory_bytes", "interrupted_by"};
+  const std::initializer_list<const char*> of_steady{"newton_iterations", "linear_iterations", "residual", "imbalance"},
+      of_steps{"steps",
+               "rejected_steps",
+               "rate_evaluations",
+               "newton_iterations",
+               "linear_iterations",
+               "most_stages",
+               "smallest_step",
+               "largest_step",
+               "end"};
+  const auto& of_kind = is_steady(model.description) ? of_steady : of_steps;
+  names.insert(names.end(), of_kind.begin(), of_kind.end());
+  for (const auto& [name, value] : model.weights) names.push_back(name);
+  for (const auto& [name, area] : model.heated_areas) names.push_back("area." + name);
+  const auto& accounts = model.system->accounts();
+  for (auto name = accounts.begin() + model.system->boundary_accounts(); name != accounts.end(); ++name)
+    for (const char* power : {"power_asked.", "power_deposited."}) names.push_back(power + *name);
+  for (const auto& observer : observers) std::ranges::copy(observer->numbers(), std::back_inserter(names));
+  return names;
+}
 
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options) {
   RunLog log(comm);

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "app/model.hpp"
 #include "case/case.hpp"
+#include "output/observer.hpp"
 #include "output/report.hpp"
 
 namespace calor {
@@ -21,5 +23,8 @@ struct RunOptions {
 
 /// Runs a case. It ends early, stored, when a signal is noted (app/interrupts.hpp). Collective; throws Error.
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options);
+
+/// Names of all numbers that the report of a run will have.
+std::vector<std::string> number_names(const Model& model, const Observers& observers);
 
 }  // namespace calor

@@ -281,6 +281,11 @@ void add_fluxes(BoundarySection& s, int account, const CellIntegrals& integrals,
     largest = std::max(largest, acting);
   }
   conditions.areas[account] = largest > 0 ? largest : selected;  // nothing acts yet
+  if (largest > 0 || !s.table.has("flux")) return;
+  const Function flux = s.table.function("flux");
+  if (flux.depends_on_place() && !flux.depends_on_time() && !flux.depends_on_temperature())
+    conditions.notes.push_back(fmt::format("{}: the flux of [{}] is 0 at all places of its wall",
+                                           s.table.location("flux").text(), s.table.path()));
 }
 
 PrescribedTerm make_prescribed(const BoundarySection& s, int account, const Cloud& cloud) {

@@ -3,6 +3,7 @@
 
 #include <limits>
 
+#include "base/ramped_function.hpp"
 #include "boundary/surface_fluxes.hpp"
 
 namespace calor {
@@ -10,7 +11,7 @@ namespace {
 
 class Convection final : public SurfaceFlux {
  public:
-  Convection(PointFunction h, PointFunction ambient) : h_(std::move(h)), ambient_(std::move(ambient)) {}
+  Convection(RampedFunction h, PointFunction ambient) : h_(std::move(h)), ambient_(std::move(ambient)) {}
 
   void evaluate(const Arguments& args, std::span<double> q, std::span<double> dq_dT) const override {
     const std::size_t n = q.size();
@@ -31,11 +32,12 @@ class Convection final : public SurfaceFlux {
   bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
-  std::vector<double> events() const override { return events_of(h_, ambient_); }
+  std::vector<double> events() const override { return events_of(h_.function(), ambient_.function()); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:
-  PointFunction h_, ambient_;
+  RampedFunction h_;
+  PointFunction ambient_;
 };
 
 }  // namespace
@@ -56,7 +58,7 @@ SurfaceFluxKind convection() {
             if (ambient.is_constant() && ambient() < 0)
               table.refuse("ambient", fmt::format("'ambient' is {:.6g} K, below absolute zero", ambient()),
                            "check the number and its unit");
-            return std::make_unique<Convection>(PointFunction(table.function("h"), x), PointFunction(ambient, x));
+            return std::make_unique<Convection>(RampedFunction(table.function("h"), x), PointFunction(ambient, x));
           }};
 }
 

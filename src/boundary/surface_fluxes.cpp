@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include "base/ramped_function.hpp"
+
 namespace calor {
 
 namespace {
@@ -9,7 +11,7 @@ namespace {
 /// Prescribed heat flux: k dT/dn = q, n outward; q > 0 heats.
 class PrescribedFlux final : public SurfaceFlux {
  public:
-  explicit PrescribedFlux(PointFunction q) : q_(std::move(q)) {}
+  explicit PrescribedFlux(RampedFunction q) : q_(std::move(q)) {}
 
   void evaluate(const Arguments& args, std::span<double> q, std::span<double> dq_dT) const override {
     q_.evaluate(args, q);
@@ -22,7 +24,7 @@ class PrescribedFlux final : public SurfaceFlux {
   std::vector<double> ambient(std::span<const Vec3>, double) const override { return {}; }
 
  private:
-  PointFunction q_;
+  RampedFunction q_;
 };
 
 SurfaceFluxKind prescribed_flux() {
@@ -36,7 +38,7 @@ SurfaceFluxKind prescribed_flux() {
                         .keys = {{"flux", Kind::function, "W/m^2", optional, "Heat flux into the body; > 0 heats."}}});
           },
       .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
-        return std::make_unique<PrescribedFlux>(PointFunction(boundary.function("flux"), x));
+        return std::make_unique<PrescribedFlux>(RampedFunction(boundary.function("flux"), x));
       }};
 }
 
@@ -64,9 +66,9 @@ void check_range(std::span<const double> values, double low, double high, const 
   }
 }
 
-std::vector<double> events_of(const PointFunction& a, const PointFunction& b) {
-  auto all = a.function().events();
-  const auto more = b.function().events();
+std::vector<double> events_of(const Function& a, const Function& b) {
+  auto all = a.events();
+  const auto more = b.events();
   all.insert(all.end(), more.begin(), more.end());
   return all;
 }

@@ -29,7 +29,7 @@ void check_range(std::span<const double> values, double low, double high, const 
                  const std::string& what, const std::string& unit, const std::string& cure);
 
 /// The events in time of both.
-std::vector<double> events_of(const PointFunction& a, const PointFunction& b);
+std::vector<double> events_of(const Function& a, const Function& b);
 
 /// f, a function of place and time, at the points x at time t.
 std::vector<double> values_of(const PointFunction& f, std::span<const Vec3> x, double t);

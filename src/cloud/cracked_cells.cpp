@@ -59,10 +59,13 @@ class CellsBesideCracks {
 
 }  // namespace
 
-void end_cells_at_cracks(Cloud& cloud, const Cracks& cracks) {
+Support nearest_of(const Cloud& cloud) {
   const Support& support = cloud.halo_support;
-  const double reach = support.length == 0 ? std::min(2.0, support.over_spacing * (1 - 1e-9)) : 2.0;
-  const Neighbours neighbours = find_neighbours(cloud, reach);
+  return support.length == 0 ? std::min(2.0, support.over_spacing * (1 - 1e-9)) : 2.0;
+}
+
+void end_cells_at_cracks(Cloud& cloud, const Cracks& cracks) {
+  const Neighbours neighbours = find_neighbours(cloud, nearest_of(cloud));
   CellsBesideCracks cells(cloud, cracks, neighbours);
   auto whole = std::make_shared<Cloud::Measures>(Cloud::Measures{cloud.volume, cloud.area});
   std::vector<double> before, after;  // of the points beside cracks

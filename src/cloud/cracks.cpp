@@ -261,7 +261,9 @@ void Cracks::move_points() {
         if (!(std::abs(s) < least)) continue;
         const Vec3 above = location_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
         if (cut(piece, above, below, cloud_.spacing[i]).fraction == 0) continue;
-        location_[i] += (least - s) * piece.normal;
+        // Along the surface points stay with the body: above such a crack there is none.
+        const bool is_outside = dot(cloud_.area[i], piece.normal) > 0.5 * norm(cloud_.area[i]);
+        location_[i] += ((is_outside ? -least : least) - s) * piece.normal;
         moved += i < cloud_.owned;
       }
     }

@@ -92,6 +92,11 @@ class Cracks {
 /// Gives the points beside cracks the cells and facets that are nearer to them than to other points on their side of
 /// the cracks. Collective.
 void end_cells_at_cracks(Cloud& cloud, const Cracks& cracks);
+/// Within which points are asked whether a crack lies between them: two spacings, or as far as the ghosts reach.
+Support nearest_of(const Cloud& cloud);
+/// What a user should know of the [[crack]] entries of a case that do nothing. Refuses cracks outside the body.
+/// Collective; throws Error.
+std::vector<std::string> notes_on_cracks(const Case& c, const Cloud& cloud);
 /// The cloud of the body before cracks ended its cells: `cloud` itself where none did, or else `copy`.
 const Cloud& without_cracks(const Cloud& cloud, std::optional<Cloud>& copy);
 

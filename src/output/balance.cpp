@@ -173,6 +173,7 @@ class BalanceLog : public Observer {
     const std::vector<double> last = balance_.numbers(m.state().t, m.u());
     for (std::size_t n = 0; n < last.size(); ++n) result.numbers[names[n]] = last[n];
   }
+  std::vector<std::string> numbers() const override { return balance_.names(); }
 
  private:
   Balance balance_;

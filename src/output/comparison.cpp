@@ -60,10 +60,7 @@ Verdict verdict_of(const ReportBound& b, const std::map<std::string, double>& re
       .what = b.name, .norm = b.is_upper ? "at most" : "at least", .unit = "", .error = nan, .tolerance = b.bound};
   const auto found = report.find(b.number);
   if (found == report.end()) {
-    std::vector<std::string> names;
-    for (const auto& [name, value] : report) names.push_back(name);
-    const std::string near = nearest(b.number, names);
-    v.what += near.empty() ? " (no such number in the report)" : fmt::format(" (did you mean {}?)", near);
+    v.what += " (no such number in the report)";
     return v;
   }
   v.error = v.value = found->second;

@@ -71,6 +71,12 @@ void EnergyLog::finish(const Moment&, RunResult& result) {
                  100 * worst_source_error_);
 }
 
+std::vector<std::string> EnergyLog::numbers() const {
+  std::vector<std::string> names{"energy_imbalance", "source_error", "stored"};
+  for (const std::string& account : system_.accounts()) names.push_back("heat." + account);
+  return names;
+}
+
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run) {
   if (run.is_steady()) return nullptr;
   return std::make_unique<EnergyLog>(run.system, run.start_E, run.folder);

@@ -268,6 +268,23 @@ std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>&
   return all;
 }
 
+void require_numbers(const Case& c, const std::vector<std::string>& numbers) {
+  const auto require = [&](const Table& table, const std::string& key) {
+    if (!table.has(key)) return;
+    const std::string name = table.text(key);
+    if (std::ranges::count(numbers, name)) return;
+    const std::string near = nearest(name, numbers);
+    table.refuse(key, fmt::format("the report has no number '{}'", name),
+                 fmt::format("{}it has {}", near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
+                             fmt::join(numbers, ", ")));
+  };
+  for (const Table& expect : c.root().list("expect")) require(expect, "report");
+  for (const Table& data : c.section("fit").list("data")) require(data, "report");
+  const Table optimise = c.section("optimise");
+  for (const char* aim : {"minimise", "maximise"}) require(optimise, aim);
+  for (const Table& limit : optimise.list("limit")) require(limit, "report");
+}
+
 std::unique_ptr<Observer> make_expectations(const RunSetup& run) {
   return std::make_unique<Expectations>(run.description,
                                         Results{.cloud = run.system.cloud(),

@@ -35,6 +35,10 @@ class Expectations : public Observer {
   std::unique_ptr<Impl> impl_;
 };
 
+/// Refuses what a case asks of the report, to compare, to fit or to optimise, that is none of its `numbers`: a wrong
+/// name is told before the run. Throws Error(bad_case).
+void require_numbers(const Case& c, const std::vector<std::string>& numbers);
+
 void declare_expect(Schema& schema);
 
 }  // namespace calor

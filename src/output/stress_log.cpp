@@ -41,6 +41,7 @@ class StressLog : public Observer {
     m.temperatures();
     write_section(stress_.deformation(m.u()));
   }
+  std::vector<std::string> numbers() const override { return {"lowest_stress", "highest_stress", "largest_stress"}; }
 
  private:
   void write_section(const Deformation& d) const {

@@ -270,6 +270,15 @@ class WeldLog : public Observer {
       result.numbers["peak_" + extent.name()] = extent.of_field(weld_.points().peak()).length();
     }
   }
+  std::vector<std::string> numbers() const override {
+    std::vector<std::string> names{"average_temperature"};
+    if (weld_.theory(0)) names.push_back("average_temperature_error");
+    for (const Extent& extent : weld_.extents()) {
+      names.push_back("largest_" + extent.name());
+      names.push_back("peak_" + extent.name());
+    }
+    return names;
+  }
 
  private:
   void write_cooling() const {

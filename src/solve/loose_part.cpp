@@ -2,23 +2,36 @@
 #include <numeric>
 
 #include "base/parallel.hpp"
+#include "conduction/heat_term.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
 namespace {
 
-/// Sets of local points that are coupled to each other; path halving.
-class Sets {
+/// Sets of local points that heat flows between, from the entries of a Jacobian that are not 0: a pair across a contact
+/// that conducts nothing is none, whatever the pattern of the matrix. By path halving.
+class Sets final : public JacobianEntries {
  public:
-  explicit Sets(int count) : parent_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  explicit Sets(int count) : parent_(count), conducts_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
+  void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
+    for (std::size_t n = 0; n < columns.size(); ++n) {
+      if (values[n] == 0) continue;
+      conducts_[row] = 1;
+      join(row, columns[n]);
+    }
+  }
+  /// Does any heat flow to point i? Within an insulator temperatures stay as they are.
+  bool conducts(int i) const { return conducts_[i] != 0; }
   int of(int i) {
     while (parent_[i] != i) i = parent_[i] = parent_[parent_[i]];
     return i;
   }
-  void join(int i, int j) { parent_[of(i)] = of(j); }
 
  private:
+  void join(int i, int j) { parent_[of(i)] = of(j); }
+
   std::vector<int> parent_;
+  std::vector<char> conducts_;
 };
 
 }  // namespace
@@ -41,9 +54,7 @@ std::optional<Vec3> HeatSystem::loose_part(std::span<const double> T) {
       for (const int i : constraint->points()) fixing[i] = 1;
 
   Sets sets(static_cast<int>(cloud_.local()));
-  std::vector<std::int32_t> buffer;
-  for (int i = 0; i < cloud_.owned; ++i)
-    for (const std::int32_t j : discretisation_.conduction->coupled(i, buffer)) sets.join(i, j);
+  collective_try(cloud_.comm, [&] { discretisation_.conduction->add_jacobian(*at_, sets); });
 
   // 1 for points of fixed parts; what one rank finds goes on to its neighbours until nothing changes.
   std::vector<double> is_fixed(cloud_.local()), of_set(cloud_.local());
@@ -62,7 +73,7 @@ std::optional<Vec3> HeatSystem::loose_part(std::span<const double> T) {
 
   std::vector<Vec3> loose;
   for (int i = 0; i < cloud_.owned && loose.empty(); ++i)
-    if (is_fixed[i] == 0) loose.push_back(cloud_.x[i]);
+    if (is_fixed[i] == 0 && sets.conducts(i)) loose.push_back(cloud_.x[i]);
   loose = gather(cloud_.comm, loose);
   return loose.empty() ? std::nullopt : std::optional(loose.front());
 }

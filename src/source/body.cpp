@@ -7,6 +7,7 @@
 
 #include "base/function.hpp"
 #include "base/parallel.hpp"
+#include "base/ramped_function.hpp"
 #include "cloud/cell_integrals.hpp"
 #include "source/path.hpp"
 #include "source/source.hpp"
@@ -19,7 +20,7 @@ namespace {
 class BodySource final : public Source {
  public:
   BodySource(const std::string& name, const Function& density, const Cloud& cloud)
-      : Source(name), density_(density), cloud_(cloud), cells_(cloud), power_(cloud.owned) {
+      : Source(name), density_(density), ramped_(density), cloud_(cloud), cells_(cloud), power_(cloud.owned) {
     if (!density_.depends_on_place()) measure_ = {cloud.volume.begin(), cloud.volume.begin() + cloud.owned};
   }
 
@@ -83,7 +84,7 @@ class BodySource final : public Source {
     const auto values_at = [&](std::span<const Vec3> x, std::span<const double> T) {
       values_.resize(x.size());
       const Arguments args{.x = x, .t = t, .T = T};
-      derivative ? density_.derivative(args, values_) : density_.evaluate(args, values_);
+      derivative ? ramped_.derivative(args, values_) : ramped_.evaluate(args, values_);
     };
     if (!density_.depends_on_place()) {
       values_at(cloud_.owned_points(), T.empty() ? T : T.first(power_.size()));
@@ -121,6 +122,7 @@ class BodySource final : public Source {
   }
 
   Function density_;  // W/m^3
+  RampedFunction ramped_;
   const Cloud& cloud_;
   CellIntegrals cells_;
   std::vector<double> measure_;  // of functions that do not depend on place: volumes of the cells or subdomains, m^3

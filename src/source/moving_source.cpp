@@ -276,24 +276,34 @@ class MovingSource final : public Source {
   std::vector<double> share_;
 };
 
-/// Straight lines along the path, short segments taken together where they stay within `near` of a line.
-std::vector<std::pair<Vec3, Vec3>> coarse(const Path& path, double near) {
-  std::vector<std::pair<Vec3, Vec3>> lines;
+/// A straight line of a path.
+struct Stretch {
+  Vec3 from, to;
+  double begin;        ///< s
+  bool heats;          ///< its power is not 0
+  double spacing = 0;  ///< the largest among the points near it; 0 where there are none
+};
+
+/// The path as straight lines, short segments taken together where they stay within `near` of a line.
+std::vector<Stretch> coarse(const Path& path, double near) {
+  std::vector<Stretch> lines;
   for (const Path::Segment& p : path.segments()) {
-    const bool continues = !lines.empty() && lines.back().second == p.from && norm(p.to - lines.back().first) < near;
+    const bool heats = path.is_heated(p);
+    const bool continues = !lines.empty() && lines.back().to == p.from && lines.back().heats == heats &&
+                           norm(p.to - lines.back().from) < near;
     if (continues)
-      lines.back().second = p.to;
+      lines.back().to = p.to;
     else
-      lines.emplace_back(p.from, p.to);
+      lines.push_back({.from = p.from, .to = p.to, .begin = p.begin, .heats = heats});
   }
   return lines;
 }
 
-/// Largest spacing among the points within `near` of the path, 0 for none. Not collective.
-double spacing_along(const Path& path, const Cloud& cloud, double near, const std::array<bool, 3>& varies) {
+/// Finds the spacings of the points of this rank within `near` of the lines.
+void find_spacings(std::vector<Stretch>& lines, const Cloud& cloud, double near, const std::array<bool, 3>& varies) {
   const Bounds bounds = bounds_of(cloud.owned_points());
-  double largest = 0;
-  for (const auto& [a, b] : coarse(path, 0.5 * near)) {
+  for (Stretch& line : lines) {
+    const Vec3 &a = line.from, &b = line.to;
     bool is_far = false;
     for (int axis = 0; axis < 3; ++axis)
       is_far = is_far || (varies[axis] && (std::max(a[axis], b[axis]) < bounds.low[axis] - near ||
@@ -305,16 +315,38 @@ double spacing_along(const Path& path, const Cloud& cloud, double near, const st
       const double s = square > 0 ? std::clamp(dot(cloud.x[i] - a, way) / square, 0.0, 1.0) : 0;
       Vec3 r = cloud.x[i] - (a + s * way);
       for (int axis = 0; axis < 3; ++axis) r[axis] *= varies[axis];
-      if (norm(r) <= near) largest = std::max(largest, cloud.spacing[i]);
+      if (norm(r) <= near) line.spacing = std::max(line.spacing, cloud.spacing[i]);
     }
   }
-  return largest;
+}
+
+/// What a user should know of a path that is not what was meant: on which the source heats beside the body, or after
+/// the end of the run, s. Collective.
+std::vector<std::string> notes_on_path(const std::vector<Stretch>& lines, const std::string& source, double end,
+                                       MPI_Comm comm) {
+  std::vector<std::int64_t> touching(lines.size());
+  for (std::size_t n = 0; n < lines.size(); ++n) touching[n] = lines[n].spacing > 0;
+  add_up(comm, touching);
+  std::size_t heating = 0, beside = 0, late = 0;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    if (!lines[n].heats) continue;
+    ++heating, beside += touching[n] == 0, late += lines[n].begin >= end;
+  }
+  std::vector<std::string> notes;
+  const auto part = [&](std::size_t some) {
+    return some == heating ? std::string("its path") : fmt::format("{} of the {} lines of its path", some, heating);
+  };
+  if (beside > 0) notes.push_back(fmt::format("the source '{}' does not touch the body on {}", source, part(beside)));
+  if (late > 0)
+    notes.push_back(
+        fmt::format("the source '{}' begins {} no earlier than the run ends, at {:g} s", source, part(late), end));
+  return notes;
 }
 
 }  // namespace
 
 std::unique_ptr<Source> make_moving_source(const std::string& name, const Table& table, const Cloud& cloud,
-                                           const SourceProfile& profile) {
+                                           const SourceProfile& profile, double end) {
   const double efficiency = table.number("efficiency");
   if (!(efficiency > 0 && efficiency <= 1))
     table.refuse("efficiency", fmt::format("an efficiency of {:g} does not lie between 0 and 1", efficiency),
@@ -329,7 +361,11 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
   for (int axis = 0; axis < cloud.dimension; ++axis)
     varies[axis] = axis != profile.axis || !(profile.face || profile.depth.is_even());
   const double near = profile.radius + max(cloud.comm, widest);
-  const double spacing = max(cloud.comm, spacing_along(path, cloud, near, varies));
+  std::vector<Stretch> lines = coarse(path, 0.5 * near);
+  find_spacings(lines, cloud, near, varies);
+  double spacing = 0;
+  for (const Stretch& line : lines) spacing = std::max(spacing, line.spacing);
+  spacing = max(cloud.comm, spacing);
   if (spacing == 0)
     table.refuse(table.has("at")     ? "at"
                  : table.has("path") ? "path"
@@ -338,6 +374,8 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
   SourceProfile resolved = profile;
   if (resolved.sigma == 0) resolved.sigma = spacing;
   auto source = std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
+  for (const std::string& note : notes_on_path(lines, name, end, cloud.comm))
+    source->notes.push_back(table.location().text() + ": " + note);
   if (profile.radius > 0 && profile.radius < 2 * spacing)
     source->notes.push_back(fmt::format(
         "{}: the source '{}' has a radius of {:.3g} mm, less than two spacings of {:.3g} mm: its power is right, "

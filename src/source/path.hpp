@@ -42,6 +42,8 @@ class Path {
   /// Largest speed between two times, m/s.
   double fastest(double begin, double end) const;
   const std::vector<Segment>& segments() const { return segments_; }
+  /// Is there power on a segment, as far as is known without asking a function of time?
+  bool is_heated(const Segment& p) const { return power_ || p.power_from > 0 || p.power_to > 0; }
 
  private:
   std::vector<Segment> segments_;

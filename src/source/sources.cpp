@@ -2,6 +2,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/parallel.hpp"
 #include "source/moving_source.hpp"
@@ -46,7 +47,8 @@ std::unique_ptr<Source> make_source(const Case& c, const std::string& name, cons
                    "leave it out");
   if (!kinds.empty()) return kinds.front()->make(name, table, cloud);
   const SourceProfileKind& profile = *profiles.front();
-  return make_moving_source(name, table, cloud, profile.make(table.sub(profile.name), cloud));
+  const double end = c.root().has("time") ? c.section("time").number("end") : std::numeric_limits<double>::infinity();
+  return make_moving_source(name, table, cloud, profile.make(table.sub(profile.name), cloud), end);
 }
 
 }  // namespace

@@ -185,6 +185,45 @@ class Contract(unittest.TestCase):
                       done.stdout)
         self.assertFalse(self.read_json("results/plate/report.json")["passed"])
 
+    def test_every_number_of_a_report_may_be_expected_and_others_are_refused_before_the_run(self):
+        crack = '[[crack]]\nx = ["10.5 mm", "10.5 mm"]\ny = ["0 mm", "5 mm"]\n'
+        weld = '[weld]\nisotherm = "25 degC"\n[weld.extent.width]\nfrom = ["0 mm", "5 mm"]\nto = ["20 mm", "5 mm"]\n'
+        source = '[source.coil]\npower = "1 W"\nwhere = "x < 5"\nlength = "mm"\n'
+        self.calor("new", "plate")
+        plate = re.sub(r"\[\[expect\]\].*", "", (self.here / "plate.toml").read_text(), flags=re.DOTALL)
+        steady = re.sub(r"\[(time|output)\].*\n([a-z]+ .*\n)*", "", plate) + "[steady]\n"
+        for name, text in {"transient": plate + crack + source, "weld": plate + weld, "steady": steady + source}.items():
+            for method in ("sph", "peridynamics", "mlpg"):
+                case = self.here / f"{name}.toml"
+                case.write_text(text)
+                self.calor("run", case.name, f"method={method}", *([] if name == "steady" else ["time.end=1 s"]), "--quiet")
+                numbers = self.read_json(f"results/{name}/report.json")["numbers"]
+                case.write_text(text + "".join(f'[[expect]]\nreport = "{number}"\nat_most = 1e300\n' for number in numbers))
+                self.calor("check", case.name, f"method={method}")
+            case.write_text(text + '[[expect]]\nreport = "heat_flow.haeter"\nat_most = 1\n')
+            self.assertIn("did you mean 'heat_flow.heater'? it has points, ", self.calor("check", case.name, code=3).stderr)
+
+    def test_what_does_nothing_is_told_with_its_place(self):
+        self.calor("new", "plate")
+        plate = re.sub(r"\[\[expect\]\].*", "", (self.here / "plate.toml").read_text(), flags=re.DOTALL)
+        along = '[[crack]]\nx = ["0 mm", "20 mm"]\ny = ["10 mm", "10 mm"]\n'
+        late = '[[crack]]\nx = ["10.5 mm", "10.5 mm"]\ny = ["0 mm", "5 mm"]\nopens = "20 s"\n'
+        passes = "".join(f'[[source.arc.pass]]\nstart = "{t} s"\nfrom = ["0 mm", "{y} mm"]\nto = ["20 mm", "{y} mm"]\nspeed = "1 m/s"\n'
+                         for t, y in ((0, 5), (1, 50), (5, 5)))
+        arc = '[source.arc]\ncolumn = { radius = "3 mm" }\npower = "1 W"\n' + passes
+        for text, words in (
+                (along, "the crack does nothing: it runs between no two neighbouring points"),
+                (late, "the crack opens at 20 s, after the end of the run"),
+                (arc, "the source 'arc' does not touch the body on 1 of the 3 lines of its path"),
+                (arc, "the source 'arc' begins 1 of the 3 lines of its path no earlier than the run ends, at 2 s"),
+                ('[source.coil]\npower_density = { formula = "x > 10 ? 1e6 : 0", unit = "W/m^3" }\n', "the source 'coil' has given no heat"),
+                ('[boundary.top]\non = "ymax"\nflux = { formula = "x > 1 ? 1 : 0", unit = "W/m^2" }\n', "the flux of [boundary.top] is 0 at all places")):
+            (self.here / "idle.toml").write_text(plate + text)
+            line = 1 + plate.count("\n") + (2 if "flux of" in words else 0)
+            for ranks in ("1", "3"):
+                said = self.calor("run", "idle.toml", "time.end=2 s", "-j", ranks).stderr
+                self.assertRegex(said, rf"(?m)^idle.toml:{line}:\d+: .*{re.escape(words)}")
+
     def test_a_run_without_expectations_still_says_what_it_came_to(self):
         self.calor("new", "plate")
         text = (self.here / "plate.toml").read_text()

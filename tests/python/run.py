@@ -305,7 +305,7 @@ class Pictures(unittest.TestCase):
         self.assertEqual((said.returncode, said.stdout.splitlines()), (0, ["plate/pictures/probes.svg", "plate/pictures/section.svg"]), said.stderr)
         self.assertIn("Plate", pathlib.Path("plate/pictures/section.svg").read_text())
         for words, code, text in ((["nothing"], 4, "report.json is missing"), (["plate", "tea"], 2, "there is no picture 'tea'"),
-                                  (["plate", "section", "--field", "colour"], 1, "there is no field 'colour'"),
+                                  (["plate", "section", "--field", "colour"], 2, "there is no field 'colour'"),
                                   (["plate", "section", "--time", "7"], 2, "at 0, 600, 1200 s"),
                                   (["plate", "--drak", "section"], 2, "unrecognized arguments: --drak")):
             said = subprocess.run([CALOR, "plot", *words], capture_output=True, text=True)
@@ -608,7 +608,7 @@ class Fits(unittest.TestCase):
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
-        with self.assertRaisesRegex(CalorError, r"wall.toml:\d+: report.json has no 'heat_flow.nothing'; it has .*heat_flow.out"):
+        with self.assertRaisesRegex(CaseError, r"wall.toml:\d+:\d+: the report has no number 'heat_flow.nothing': .*it has .*heat_flow.out"):
             self.fitted({"fit.data": [FITTED["fit"]["data"][0], {"report": "heat_flow.nothing", "value": "1 W", "noise": "1 W"}]})
 
 
@@ -686,7 +686,7 @@ class Fields(unittest.TestCase):
                 ({"fit.field": [{**field, "key": "material.m.conductivity"}]}, None, r"plate.toml:\d+: .* is no grid"),
                 ({"fit.field": [{**field, "from": "6 W/(m K)"}]}, None, r"plate.toml:\d+: the grid has values outside"),
                 ({"fit.data": [{"report": "largest_width", "value": "1 m", "noise": "1 m"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
-            with self.assertRaisesRegex(CommandError, words) if "takes a steady" in words else self.assertRaisesRegex(CaseError, words):
+            with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes, rows)
 
 
@@ -747,11 +747,12 @@ class Optima(unittest.TestCase):
         self.assertLess(found.best.objective, found.first.objective)
         best = Case("results/wall-optimum/wall-best.toml").to_dict()
         self.assertEqual(quantities.split(best["material"]["m"]["conductivity"])[0], found.best.values[0])
-        for changes, words in (({"optimise": {"minimise": "highest.gas"}}, "report.json has no 'highest.gas'"),
+        for changes, words in (({"optimise": {"minimise": "highest.gas"}}, "the report has no number 'highest.gas'"),
                                ({"optimise": {"limit": [{"report": "maximum.air", "at_most": "1 m"}]}}, "wall.toml:.*'m' is no unit"),
                                ({"optimise": {"maximise": "maximum.air"}}, "has no \\[optimise\\] with")):
-            with self.assertRaisesRegex(CalorError, words):
+            with self.assertRaisesRegex(CaseError, words):
                 optimise.optimise(Case("wall.toml", changes))
+        self.assertEqual(os.listdir("results"), ["wall-optimum"])  # nothing has run before it was told
 
     def test_stress_is_drawn_with_its_numbers(self):
         result = Case(ROOT / "cases" / "optimise" / "graded-wall.toml").run("wall", show_progress=False)
@@ -766,6 +767,36 @@ class Optima(unittest.TestCase):
         self.assertTrue(1.8e5 < errors["stress"] < 3e5, errors)
         figure = stress.compare({"start": result}, {"start": finer})
         self.assertRegex(figure.axes[2].get_legend().get_texts()[0].get_text(), r"start ± 0\.\d MPa")
+
+
+class ExitCodes(unittest.TestCase):
+    setUp = Certificates.setUp
+
+    def test_many_runs_end_with_the_codes_of_one(self):
+        case = {key: value for key, value in FITTED.items() if key != "fit"}
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        case["optimise"] = {"minimise": "maximum.out", "iterations": 3, "limit": [{"report": "minimum.out", "at_most": "1 K"}],
+                            "unknown": [{"key": "material.m.conductivity", "start": "2 W/(m K)", "from": "1 W/(m K)", "to": "20 W/(m K)"}]}
+        pathlib.Path("best.toml").write_text(toml.write(case))
+        for words, code, text in ((["optimise", "best.toml"], 1, "No run keeps all limits"),
+                                  (["optimise", "wall.toml"], 3, "has no [optimise]"),
+                                  (["certify", "wall.toml", "material.m.conductivity=2 m", "--refine", "1,2,3"], 3, "cannot be converted"),
+                                  (["certify", "wall.toml", "--refine", "1,2"], 2, "at least three factors"),
+                                  (["fit", "wall.toml"], 3, "no [[fit.data]]"),
+                                  (["study", "wall.toml"], 3, "no [study.values]"),
+                                  (["study", "wall.toml", "material.m.conductivity=[\"7 W/(m K)\", \"7 W\"]"], 1, "1 failed"),
+                                  (["study", "wall.toml", "--rows", "a=[1]", "b=[1,2]"], 2, "equally long"),
+                                  (["certify", "nothing.toml"], 4, "cannot be read"),
+                                  (["study", "wall.toml", "method=[\"sph\"]", "-o", "wall.toml/x"], 4, "wall.toml/x")):
+            said = subprocess.run([CALOR, *words], capture_output=True, text=True)
+            self.assertEqual(said.returncode, code, (words, said.stderr))
+            self.assertIn(text, said.stdout + said.stderr)
+
+    def test_what_ended_for_a_reason_of_its_own_keeps_its_code(self):
+        self.assertEqual([command.error_of(code, "").code for code in (2, 3, 4, 5, 6, 75, 130, -9)], [2, 3, 4, 5, 6, 75, 130, 137])
+        refused = {"sph": CaseError("no"), "mlpg": CaseError("nor this")}
+        self.assertEqual((command.together(refused).code, str(command.together(refused))), (3, "sph: no; mlpg: nor this"))
+        self.assertEqual(command.together({**refused, "peridynamics": NumbersError("hot")}).code, 5)
 
 
 class Studies(unittest.TestCase):

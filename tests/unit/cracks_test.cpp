@@ -365,7 +365,7 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   EXPECT_LE(plate_errors(cloud, pairs).jump, 0.3);
 }
 
-TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
+TEST(Cracks, TakePointsOnThemToTheirUpperSideAndAlongTheSurfaceIntoTheBody) {
   const Cloud cloud = square(21);  // a row on y = 0
   const Cracks cracks(cloud, {crack_of_the_plate});
   EXPECT_EQ(cracks.moved(), 11);  // x = -0.5, -0.4, ..., 0.5
@@ -375,6 +375,12 @@ TEST(Cracks, TakePointsOnThemToTheirUpperSide) {
     } else if (std::abs(cloud.x[i].y) > 1e-12) {
       EXPECT_EQ(cracks.location(i), cloud.x[i]);
     }
+  }
+  for (const Crack& along : {line({-1, 1, 0}, {1, 1, 0}), line({1, 1, 0}, {-1, 1, 0})}) {
+    const Cracks beside(cloud, {along});
+    EXPECT_EQ(beside.moved(), 21);
+    for (int i = 0; i < cloud.owned; ++i)
+      EXPECT_LE(beside.location(i).y, 1 - 0.9e-3 * cloud.spacing[i] * (cloud.x[i].y == 1));
   }
   const PlateErrors e = plate_errors(cloud, with_crack(cloud, {crack_of_the_plate}, 1));
   std::printf("row on the crack: rms %.2e\n", e.rms);
