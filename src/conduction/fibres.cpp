@@ -191,7 +191,7 @@ std::vector<char> hold_one_part(const Cloud& cloud, const Parts& parts) {
     for (int i = 0; i < cloud.local(); ++i)
       one[i] = one[i] && part[i] == own[i] && !parts.has_plane_between(first[i], corner[i]);
   }
-  if (!parts.has_regions()) return one;
+  if (!parts.may_be_thin()) return one;
   // So may a thin region: across the lines that pairs run along.
   for (int a = 0; a < cloud.dimension; ++a) {
     std::vector<Parts::Segment> lines;

@@ -28,7 +28,7 @@ InterfacePoints::InterfacePoints(const Cloud& cloud, const Parts& parts, const N
   collective_try(cloud.comm, [&] {
     find_parts();
     // On lattices the lines through the cells have told.
-    if (!cloud.lattice && parts.has_regions()) find_thin_regions(neighbours);
+    if (!cloud.lattice && parts.may_be_thin()) find_thin_regions(neighbours);
   });
   mark_near(neighbours);
 }

@@ -5,11 +5,17 @@
 #include <utility>
 
 #include "geometry/parts.hpp"
+#include "geometry/point_tags.hpp"
 #include "surface/solids.hpp"
 
 namespace calor {
 
-std::vector<double> Parts::samples(const Segment& segment) const {
+std::vector<TagPiece> Parts::tags_along(const Segment& segment) const {
+  if (point_tags_) return point_tags_->along(segment.a, segment.b);
+  return {{segment.tag_a, 0.5}, {segment.tag_b, 1}};
+}
+
+std::vector<double> Parts::samples(const Segment& segment, std::span<const TagPiece> tags) const {
   const int equal_parts = 8 * segment.spacings;  // thinner regions than that are not seen
   std::vector<double> s = {0, 1};
   const int axis = layers_.axis;
@@ -23,8 +29,10 @@ std::vector<double> Parts::samples(const Segment& segment) const {
     std::ranges::sort(ends);
     for (std::size_t n = 0; n + 1 < ends.size(); ++n) s.push_back(0.5 * (ends[n] + ends[n + 1]));
   }
-  if (!regions_.empty())
+  if (may_be_thin())
     for (int n = 0; n < equal_parts; ++n) s.push_back((n + 0.5) / equal_parts);
+  if (point_tags_)
+    for (double begin = 0; const TagPiece& piece : tags) s.push_back(0.5 * (begin + piece.end)), begin = piece.end;
   std::ranges::sort(s);
   return s;
 }
@@ -38,13 +46,16 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
   };
   std::vector<Vec3> x;
   std::vector<int> tags, part;
-  const auto ask = [&](const Segment& g, double s) {
+  std::vector<std::vector<TagPiece>> tags_of;
+  const auto ask = [&](std::size_t segment, double s) {
+    const Segment& g = segments[segment];
     x.push_back(s == 1 ? g.b : g.a + s * (g.b - g.a));
-    tags.push_back(s <= 0.5 ? g.tag_a : g.tag_b);
+    tags.push_back(std::ranges::find_if(tags_of[segment], [&](const TagPiece& p) { return s <= p.end; })->tag);
   };
   std::vector<std::vector<double>> places;
-  for (const Segment& g : segments) {
-    places.push_back(samples(g));
+  for (std::size_t g = 0; g < segments.size(); ++g) {
+    tags_of.push_back(tags_along(segments[g]));
+    places.push_back(samples(segments[g], tags_of.back()));
     for (const double s : places.back()) ask(g, s);
   }
   part.resize(x.size());
@@ -58,7 +69,7 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
 
   for (int halving = 0; halving < 52 && !changes.empty(); ++halving) {
     x.clear(), tags.clear();
-    for (const Change& c : changes) ask(segments[c.segment], 0.5 * (c.low + c.high));
+    for (const Change& c : changes) ask(c.segment, 0.5 * (c.low + c.high));
     part.resize(x.size());
     find(x, tags, part);
     for (std::size_t n = 0; n < part.size(); ++n) {
@@ -113,6 +124,7 @@ Parts::Interface Parts::interface_at(const Vec3& x, const Vec3& along, int tag, 
     if (const auto found = cloud_.solids->interface_at(x, on * size))
       return {found->normal, curved_areas().empty() ? -1 : found->piece};
   }
+  if (point_tags_ && !may_be_thin()) return {point_tags_->normal_at(x)};
   return {normal_of_region(x, along, tag, size)};
 }
 

@@ -10,6 +10,7 @@
 #include "base/parallel.hpp"
 #include "cloud/cell_integrals.hpp"
 #include "cloud/lattice.hpp"
+#include "geometry/point_tags.hpp"
 #include "surface/body.hpp"
 #include "surface/solids.hpp"
 
@@ -55,6 +56,13 @@ Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material
     contacts_.push_back(nullptr);
   }
   for (const Table& region : regions) read_region(c, region);
+  const bool by_tag = std::ranges::any_of(regions_, [](const Region& r) { return !r.where; });
+  if (by_tag && !knows_solids(cloud)) {
+    std::vector<int> tag = cloud.tag;
+    for (int& t : tag)
+      if (!std::ranges::count(regions_, t, &Region::tag)) t = -1;  // no interface between them
+    point_tags_ = std::make_shared<const PointTags>(cloud, tag);
+  }
   for (const Table& contact : body.list("contact")) read_contact(contact);
   if (rest_ < 0 && layers.empty()) {
     const std::span<const Vec3> x = cloud.owned_points();

@@ -1,6 +1,7 @@
 #pragma once
 // The parts of a body: its layers and regions, each of one material, and where they meet. An interface is geometry, not
 // a set of points: the plane between two layers, or the surface on which a region's formula changes.
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <memory>
@@ -15,6 +16,9 @@
 #include "cloud/cloud.hpp"
 
 namespace calor {
+
+class PointTags;
+struct TagPiece;
 
 struct Part {
   std::string material, tag;  ///< the tag of its points, if it is a region by tag
@@ -46,7 +50,10 @@ class Parts {
   /// Conductance of the contact between two parts that meet, W/(m^2 K); null: they touch.
   const Function* contact(int part, int other) const;
   bool has_contacts() const { return has_contacts_; }
-  bool has_regions() const { return !regions_.empty(); }
+  /// Are there regions of which more is known than which points they hold? They may be thinner than a spacing.
+  bool may_be_thin() const {
+    return std::ranges::any_of(regions_, [&](const Region& r) { return r.where || !point_tags_; });
+  }
 
   /// The part of every place; on an interface one of those that meet there. `tag`: of the point that the place belongs
   /// to. Throws Error(bad_case), maybe on one rank alone, for a place that no part holds.
@@ -75,6 +82,8 @@ class Parts {
     }
   };
   Pieces along(std::span<const Segment> segments) const;
+  /// Does the place lie in the body? True where its walls are not known.
+  bool is_inside(const Vec3& x) const;
   /// Does a plane between layers lie between two places, or in one of them?
   bool has_plane_between(const Vec3& a, const Vec3& b) const;
   /// The surface between two parts next to a place on it.
@@ -106,8 +115,8 @@ class Parts {
   std::vector<int> parts_called(const std::string& name, const Table& contact) const;
   int add(const Table& table);
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
-  bool is_inside(const Vec3& x) const;  // true where the walls are not known
-  std::vector<double> samples(const Segment& segment) const;
+  std::vector<TagPiece> tags_along(const Segment& segment) const;
+  std::vector<double> samples(const Segment& segment, std::span<const TagPiece> tags) const;
   // Of every part, in the cells of the owned points.
   std::vector<std::vector<double>> shares_of_lattice_cells() const;
   std::vector<std::vector<double>> shares_of_cells() const;
@@ -118,6 +127,7 @@ class Parts {
   int rest_ = -1;  ///< the part of what no region takes
   Layers layers_;
   std::vector<Region> regions_;
+  std::shared_ptr<const PointTags> point_tags_;  ///< if there are regions of which the points alone know
   std::vector<std::unique_ptr<Function>> contacts_;  ///< of every part, with the part before it or all around it
   std::map<std::pair<int, int>, Function> between_;  ///< of two parts, the lower first; they come before
   bool has_contacts_ = false;

@@ -1,0 +1,114 @@
+#include "geometry/point_tags.hpp"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <nanoflann.hpp>
+#include <utility>
+
+#include "base/parallel.hpp"
+
+namespace calor {
+
+class PointTags::Tree {
+ public:
+  explicit Tree(const std::vector<Vec3>& x) : coordinates_{x}, tree_(3, coordinates_) {}
+
+  std::size_t nearest(const Vec3& y) const {
+    std::uint32_t index = 0;
+    double square = 0;
+    tree_.knnSearch(&y.x, 1, &index, &square);
+    return index;
+  }
+  /// Fills `index` by ascending distance; returns how many there are.
+  std::size_t nearest(const Vec3& y, std::span<std::uint32_t> index, std::span<double> square) const {
+    return tree_.knnSearch(&y.x, index.size(), index.data(), square.data());
+  }
+
+ private:
+  struct Coordinates {
+    const std::vector<Vec3>& x;
+    std::size_t kdtree_get_point_count() const { return x.size(); }
+    double kdtree_get_pt(std::size_t i, std::size_t axis) const { return x[i][static_cast<int>(axis)]; }
+    template <class Box>
+    bool kdtree_get_bbox(Box&) const {
+      return false;
+    }
+  };
+
+  Coordinates coordinates_;
+  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Coordinates>, Coordinates, 3, std::uint32_t>
+      tree_;
+};
+
+PointTags::PointTags(const Cloud& cloud, std::span<const int> tag) {
+  struct Tagged {
+    Vec3 x;
+    int tag;
+  };
+  for (int a = 0; a < 3 && !cloud.isotropic; ++a) {
+    std::vector<double> spacings;
+    for (int i = 0; i < cloud.owned; ++i) spacings.push_back(cloud.metric[i][a]);
+    size_[a] = sum(cloud.comm, spacings) / static_cast<double>(cloud.count);
+  }
+  std::vector<Tagged> points;
+  for (int i = 0; i < cloud.owned; ++i) points.push_back({cloud.x[i], tag[i]});
+  for (const Tagged& p : gather(cloud.comm, points)) x_.push_back(quotient(p.x, size_)), tag_.push_back(p.tag);
+  tree_ = std::make_unique<const Tree>(x_);
+}
+
+PointTags::~PointTags() = default;
+
+std::vector<TagPiece> PointTags::along(const Vec3& a, const Vec3& b) const {
+  const Vec3 from = quotient(a, size_), to = quotient(b, size_);
+  std::vector<TagPiece> pieces;
+  divide(from, to, {tree_->nearest(from), 0}, {tree_->nearest(to), 1}, pieces);
+  pieces.push_back({tag_[tree_->nearest(to)], 1});
+  return pieces;
+}
+
+/// Appends what ends between two places whose nearest points are known.
+void PointTags::divide(const Vec3& a, const Vec3& b, const End& from, const End& to,
+                       std::vector<TagPiece>& pieces) const {
+  constexpr double round_off = 1e-9;
+  if (from.point == to.point) return;
+  // |a + s e - x|^2 is the same for both points at s.
+  const Vec3 e = b - a, r_from = x_[from.point] - a, r_to = x_[to.point] - a;
+  const double slope = 2 * dot(e, r_to - r_from), offset = dot(r_to, r_to) - dot(r_from, r_from);
+  const double s = slope > 0 ? std::clamp(offset / slope, from.s, to.s) : to.s;
+  const auto square = [&](std::size_t point) {
+    const Vec3 r = s * e - (x_[point] - a);
+    return dot(r, r);
+  };
+  const std::size_t between = tree_->nearest(a + s * e);
+  if (square(between) < (1 - round_off) * std::min(square(from.point), square(to.point))) {
+    divide(a, b, from, {between, s}, pieces);
+    divide(a, b, {between, s}, to, pieces);
+  } else if (tag_[from.point] != tag_[to.point]) {
+    pieces.push_back({tag_[from.point], s});
+  }
+}
+
+Vec3 PointTags::normal_at(const Vec3& x) const {
+  constexpr double equal = 1 + 1e-6;  // of squares: at corners of cells several points are the nearest
+  std::array<std::uint32_t, 64> index;
+  std::array<double, 64> square;
+  const std::size_t found = tree_->nearest(quotient(x, size_), index, square);
+  const auto is_other = [&](std::uint32_t point) { return tag_[point] != tag_[index[0]]; };
+  const auto first_other =
+      static_cast<std::size_t>(std::find_if(index.begin(), index.begin() + found, is_other) - index.begin());
+  // Of the points on both sides those that face each other.
+  Vec3 normal;
+  double least = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < found && square[i] <= equal * square[0]; ++i) {
+    for (std::size_t j = first_other; j < found && square[j] <= equal * square[first_other]; ++j) {
+      const Vec3 r = x_[index[j]] - x_[index[i]];
+      if (is_other(index[i]) || !is_other(index[j]) || dot(r, r) >= least) continue;
+      least = dot(r, r);
+      normal = quotient(r, size_);
+    }
+  }
+  return (1 / norm(normal)) * normal;
+}
+
+}  // namespace calor
