@@ -2,9 +2,7 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 
@@ -14,49 +12,6 @@
 
 namespace calor {
 namespace {
-
-/// A cloud point near a probe, as it travels between ranks.
-struct Candidate {
-  double distance;
-  std::int64_t id;
-  Vec3 x;
-  Vec3 side;  ///< where it lies for all questions about sides: beside a crack that it is on
-  double spacing;
-  std::uint32_t on_faces;
-  int tag, rank, point;
-};
-
-bool nearer(const Candidate& a, const Candidate& b) {
-  return a.distance != b.distance ? a.distance < b.distance : a.id < b.id;
-}
-
-/// The `most` points of the whole cloud next to p, nearest first, the same on every rank.
-std::vector<Candidate> nearest_points(const Cloud& cloud, const Cracks* cracks, const Vec3& p, int most) {
-  std::vector<Candidate> mine;  // a heap with the farthest on top
-  for (int i = 0; i < cloud.owned; ++i) {
-    const Candidate c{.distance = norm(cloud.x[i] - p),
-                      .id = cloud.id[i],
-                      .x = cloud.x[i],
-                      .side = cracks       ? cracks->location(i)
-                              : cloud.body ? cloud.inside[i]
-                                           : cloud.x[i],
-                      .spacing = cloud.spacing[i],
-                      .on_faces = cloud.on_faces[i],
-                      .tag = cloud.tag[i],
-                      .rank = rank_of(cloud.comm),
-                      .point = i};
-    if (static_cast<int>(mine.size()) == most && !nearer(c, mine.front())) continue;
-    mine.push_back(c);
-    std::ranges::push_heap(mine, nearer);
-    if (static_cast<int>(mine.size()) <= most) continue;
-    std::ranges::pop_heap(mine, nearer);
-    mine.pop_back();
-  }
-  std::vector<Candidate> all = gather(cloud.comm, mine);
-  std::ranges::sort(all, nearer);
-  if (static_cast<int>(all.size()) > most) all.resize(most);
-  return all;
-}
 
 /// Does p lie behind the wall at the point next to it? A plane counts for as far as the points around that lie on the
 /// same face stay behind it (walls that curve inwards); p is outside when it lies beyond all planes of the point, or
@@ -111,109 +66,6 @@ void check_inside(const Cloud& cloud, const Vec3& p, std::span<const Candidate> 
   throw Error(Fault::bad_case, in_case,
               fmt::format("probe '{}' at ({:g}, {:g}, {:g}) m lies outside the body", name, p.x, p.y, p.z),
               "move it inside; the points of the body have " + bounds);
-}
-
-/// Exponents of the monomials up to the third degree, lowest degree first.
-std::vector<std::array<int, 3>> monomials(int dimension) {
-  std::vector<std::array<int, 3>> all;
-  for (int degree = 0; degree <= 3; ++degree)
-    for (int a = degree; a >= 0; --a)
-      for (int b = degree - a; b >= 0; --b) {
-        const int c = degree - a - b;
-        if ((dimension > 1 || b == 0) && (dimension > 2 || c == 0)) all.push_back({a, b, c});
-      }
-  return all;
-}
-
-/// Weights a of the points such that sum a_i f(x_i) = f(p) for every polynomial f of the third degree, with the least
-/// sum a_i^2 / w_i: moving least squares in dual form. Where the points do not determine a monomial (too few of them,
-/// few layers), or only with large weights of both signs, it is left out.
-std::vector<double> interpolation_weights(const Vec3& p, std::span<const Candidate> near, bool are_all, int dimension) {
-  const int n = static_cast<int>(near.size());
-  // The weight vanishes at the farthest point, so that of several at the same distance none is preferred; unless these
-  // are all points that the probe sees. It is steep at the probe, so that a peak next to it is not flattened by the
-  // points that a cubic needs in all.
-  const double reach = (are_all ? 2 : 1) * near.back().distance, spacing = near.front().spacing;
-  Eigen::VectorXd root_w(n);
-  for (int i = 0; i < n; ++i)
-    root_w[i] = std::pow(1 - std::pow(near[i].distance / reach, 2), 3) / std::hypot(near[i].distance / spacing, 0.1);
-  if (n == 1) root_w[0] = 1;
-
-  Eigen::VectorXd best;
-  Eigen::MatrixXd rows(0, n);  // one per monomial: its values at the points
-  for (const auto& power : monomials(dimension)) {
-    Eigen::MatrixXd more(rows.rows() + 1, n);
-    more.topRows(rows.rows()) = rows;
-    for (int i = 0; i < n; ++i) {
-      const Vec3 s = 1 / (reach > 0 ? reach : 1) * (near[i].x - p);
-      double value = 1;
-      for (int axis = 0; axis < 3; ++axis)
-        for (int k = 0; k < power[axis]; ++k) value *= s[axis];
-      more(rows.rows(), i) = value;
-    }
-    // At p itself the constant is 1 and every other monomial 0.
-    const Eigen::VectorXd at_p = Eigen::VectorXd::Unit(more.rows(), 0);
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> system;
-    system.setThreshold(1e-9);
-    system.compute(more * root_w.asDiagonal());
-    const Eigen::VectorXd a = root_w.cwiseProduct(system.solve(at_p));
-    const bool is_exact = (more * a - at_p).lpNorm<Eigen::Infinity>() < 1e-12;
-    constexpr double largest_gain = 8;  // of errors in the points' values; in clouds as they should be it is below 3
-    if (!is_exact || a.lpNorm<1>() > largest_gain) continue;
-    rows = more;
-    best = a;
-  }
-  return {best.begin(), best.end()};
-}
-
-/// The points around a probe that one of the parts of the body shows it.
-struct View {
-  int part;
-  double share;  ///< in the probe's temperature
-  std::vector<Candidate> points;
-};
-
-/// What a probe at p sees: in the part that it lies in, or on an interface from every side. Nothing where that part has
-/// no point near.
-std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const Vec3& p,
-                           const std::vector<Candidate>& near) {
-  const auto [parts, cracks] = obstacles;
-  const int tag = near.front().tag;
-  std::vector<View> views;
-  if (!parts || parts->count() == 1) {
-    views.push_back({0, 1, near});
-  } else {
-    const auto shares = parts->shares({&p, 1}, {&tag, 1}, {&near.front().spacing, 1});
-    for (int part = 0; part < parts->count(); ++part)
-      if (!shares[part].place.empty()) views.push_back({part, 0, near});
-    std::vector<Parts::Segment> segments;
-    for (const Candidate& c : near) segments.push_back({p, c.x, tag, c.tag});
-    const Parts::Pieces pieces = parts->along(segments);
-    for (View& view : views) {
-      std::size_t n = 0;
-      std::erase_if(view.points, [&](const Candidate&) {
-        double begin = 0;
-        bool hidden = false;
-        for (auto q = pieces.row[n]; q < pieces.row[n + 1]; ++q) {
-          const auto& [part, end] = pieces.piece[q];
-          hidden = hidden || (end - begin > 1e-6 && part != view.part);
-          begin = end;
-        }
-        ++n;
-        return hidden;
-      });
-    }
-  }
-  if (cloud.body) {
-    const Vec3 eye = cloud.eye_at(p, near.front().spacing);
-    for (View& view : views)
-      std::erase_if(view.points, [&](const Candidate& c) { return !cloud.body->sees(eye, c.side); });
-  }
-  for (View& view : views)
-    if (cracks) std::erase_if(view.points, [&](const Candidate& c) { return cracks->separate(p, c.side); });
-  std::erase_if(views, [](const View& view) { return view.points.empty(); });
-  for (View& view : views) view.share = 1.0 / static_cast<double>(views.size());
-  return views;
 }
 
 /// Is p on a contact or on a crack?
@@ -272,46 +124,29 @@ void Probes::ask(const Dofs* dofs) {
 
 void Probes::add(const Cloud& cloud, const Obstacles& obstacles, const Vec3& place, const std::string& name,
                  const SourceLocation& in_case) {
-  constexpr int most[] = {8, 30, 80};  // about three times the number of cubic monomials
-  const bool is_divided = obstacles.cracks || cloud.body || (obstacles.parts && obstacles.parts->count() > 1);
-  // Where a part of the points is out of sight, enough are left.
-  std::vector<Candidate> near =
-      nearest_points(cloud, obstacles.cracks, place, (is_divided ? 3 : 1) * most[cloud.dimension - 1]);
+  const std::vector<Candidate> near = nearest_points(cloud, obstacles, place);
   check_inside(cloud, place, near, name, in_case);
   if (near.front().rank == rank_of(comm_)) own_.push_back(static_cast<int>(names_.size()));
   bool on_contact = false;
-  if (is_divided) collective_try(comm_, [&] { on_contact = is_on_contact(cloud, obstacles, place, near.front()); });
+  collective_try(comm_, [&] { on_contact = is_on_contact(cloud, obstacles, place, near.front()); });
   if (on_contact)
     notes_.push_back(
         fmt::format("{}: probe '{}' sits on a contact or crack, where the temperature jumps: move it a "
                     "little to the side that is meant",
                     in_case.text(), name));
-  std::vector<View> views;
-  collective_try(comm_, [&] {
-    if (near.front().distance <= 1e-9 * near.front().spacing)
-      views.push_back({0, 1, {near.front()}});
-    else
-      views = views_of(cloud, obstacles, place, near);
-  });
-  if (views.empty()) {
+  auto sum = interpolation(cloud, obstacles, place, near);
+  if (!sum) {
     notes_.push_back(
         fmt::format("{}: probe '{}' lies in a part of the body that holds no point near it: what it shows comes from "
                     "points of other parts, without what lies between; put points there (on walls, or closer ones), or "
                     "expect the mean of the face",
                     in_case.text(), name));
-    views.push_back({0, 1, near});
+    sum = interpolation(cloud, place, near);
   }
   int slot = first_slot_.back();
-  for (View& view : views) {
-    const std::size_t enough = most[cloud.dimension - 1];
-    const bool are_all = view.points.size() < enough || std::ssize(view.points) == cloud.count;
-    if (view.points.size() > enough) view.points.resize(enough);
-    const std::vector<double> weight = view.points.size() == 1
-                                           ? std::vector<double>{1}
-                                           : interpolation_weights(place, view.points, are_all, cloud.dimension);
-    for (std::size_t i = 0; i < view.points.size(); ++i, ++slot)
-      if (view.points[i].rank == rank_of(comm_))
-        entries_.push_back({.slot = slot, .point = view.points[i].point, .weight = view.share * weight[i]});
+  for (const auto& [point, weight] : *sum) {
+    if (point.rank == rank_of(comm_)) entries_.push_back({.slot = slot, .point = point.point, .weight = weight});
+    ++slot;
   }
   first_slot_.push_back(slot);
   names_.push_back(name);

@@ -1,7 +1,7 @@
 #pragma once
 // Temperatures at given places: by the method's own shape functions, or interpolated from the nearest points (cubic
 // where the points allow) that lie in the same part of the body: neither across interfaces, where the gradient jumps,
-// nor across contacts and cracks, where the temperature does.
+// nor across contacts and cracks, where the temperature does. See interpolation.hpp.
 #include <optional>
 #include <span>
 #include <string>
@@ -13,14 +13,9 @@
 #include "cloud/cracks.hpp"
 #include "conduction/dofs.hpp"
 #include "geometry/parts.hpp"
+#include "output/interpolation.hpp"
 
 namespace calor {
-
-/// What a probe cannot look across.
-struct Obstacles {
-  const Parts* parts = nullptr;
-  const Cracks* cracks = nullptr;
-};
 
 class Probes {
  public:

@@ -54,6 +54,35 @@ TEST(Probes, AreExactForCubicsOnLattices) {
   }));
 }
 
+TEST(Probes, InPartsThinnerThanTheSpacingAreExactForHeatThroughThem) {
+  // An insulator across a metal bar: the temperature falls linearly through both.
+  int n = 0;
+  for (const char* jitter : {"0", "0.2"}) {
+    for (const double thickness : {0.01, 0.03, 0.06, 0.09}) {
+      const double begin = 0.5 - (0.5 + 0.4 * scattered(++n)) * thickness, end = begin + thickness;
+      SCOPED_TRACE(fmt::format("jitter {}: {} to {} m", jitter, begin, end));
+      const double flux = 100 / ((1 - thickness) / 40 + thickness / 0.5);
+      const std::string text =
+          box_case({"1 m", "0.5 m"}, {21, 11}) + fmt::format("jitter = {}\n", jitter) +
+          simple_material({.name = "metal", .k = "40"}) + simple_material({.name = "insulator", .k = "0.5"}) +
+          "[body]\nmaterial = \"metal\"\n" +
+          fmt::format("region = [{{ material = \"insulator\", where = \"x > {} && x < {}\" }}]\n", begin, end) +
+          "[steady]\n[boundary.hot]\non = \"xmin\"\ntemperature = \"400 K\"\n"
+          "[boundary.cold]\non = \"xmax\"\ntemperature = \"300 K\"\n";
+      int probe = 0;
+      std::string expected, places = "[probe]\n";
+      for (const double part : {-0.1, 0.02, 0.3, 0.5, 0.9, 1.1}) {
+        const double x = begin + part * thickness, inside = std::clamp(part, 0., 1.) * thickness;
+        places += fmt::format("p{} = [\"{:.15g} m\", \"0.237 m\"]\n", ++probe, x);
+        expected += fmt::format("[[expect]]\nprobe = \"p{}\"\nvalue = \"{:.15g} K\"\nwithin = \"1e-6 K\"\n", probe,
+                                400 - flux * ((x - inside) / 40 + inside / 0.5));
+      }
+      for (const Verdict& v : run_into("", text + places + expected).verdicts)
+        EXPECT_TRUE(v.passed) << v.what << ": " << v.value;
+    }
+  }
+}
+
 TEST(Probes, AreExactForCubicsOnJitteredCloudsAndRings) {
   std::vector<Cloud> clouds;
   clouds.push_back(box_cloud({11}, 0.1, {.jitter = 0.3}));
