@@ -16,21 +16,23 @@ Surface full_revolution(const Table& part, const Outline& outline, double chord)
   return located(part.location("shape"), [&] { return revolved(outline, full_turn, chord); });
 }
 
+// Circles of one radius have the same chords in all shapes, so that a pin fits its bush.
+
 Surface cylinder_from(const Table& part, double chord) {
   const double r = positive_length(part, "radius"), h = positive_length(part, "height");
-  return full_revolution(part,
-                         {.contours = {{.corner = {{}, {r, 0, 0}, {r, h, 0}, {0, h, 0}}, .face = {1, 0, 2, -1}}},
-                          .faces = {"side", "bottom", "top"}},
-                         chord);
+  return located(part.location("radius"), [&] {
+    return extruded({.contours = {circle(r, chord, 0)}, .faces = {"side"}}, h);
+  });
 }
 
 Surface tube_from(const Table& part, double chord) {
-  const auto [a, b] = inner_and_outer(part);
+  const Radii radii = inner_and_outer(part);
   const double h = positive_length(part, "height");
-  return full_revolution(part,
-                         {.contours = {{.corner = {{a, 0, 0}, {b, 0, 0}, {b, h, 0}, {a, h, 0}}, .face = {2, 1, 3, 0}}},
-                          .faces = {"inner", "outer", "bottom", "top"}},
-                         chord);
+  return located(part.location("outer"), [&] {
+    return extruded({.contours = {circle(radii.outer, chord, 1), reversed(circle(radii.inner, chord, 0))},
+                     .faces = {"inner", "outer"}},
+                    h);
+  });
 }
 
 Surface cone_from(const Table& part, double chord) {
@@ -72,10 +74,13 @@ Outline ball(double radius, double chord) {
   return {.contours = {contour}, .faces = {"surface"}};
 }
 
+Surface ball_surface(double radius, double chord) {
+  return revolved(ball(radius, chord), full_turn, chord / std::sqrt(2));
+}
+
 Surface sphere_from(const Table& part, double chord) {
   const double radius = positive_length(part, "radius");
-  return full_revolution(part, located(part.location("radius"), [&] { return ball(radius, chord); }),
-                         chord / std::sqrt(2));
+  return located(part.location("radius"), [&] { return ball_surface(radius, chord); });
 }
 
 Surface ellipsoid_from(const Table& part, double chord) {
@@ -88,21 +93,19 @@ Surface ellipsoid_from(const Table& part, double chord) {
   return out;
 }
 
-Outline hollow_ball(const Radii& radii, double chord) {
-  Contour contour{.corner = half_circle(radii.outer, chord), .face = {}};
-  contour.face.assign(contour.corner.size(), 1);
-  contour.face.back() = -1;
-  const std::vector<Vec3> inside = half_circle(radii.inner, chord);
-  contour.corner.insert(contour.corner.end(), inside.rbegin(), inside.rend());
-  contour.face.insert(contour.face.end(), inside.size(), 0);
-  contour.face.back() = -1;
-  return {.contours = {contour}, .faces = {"inner", "outer"}};
-}
-
 Surface shell_from(const Table& part, double chord) {
   const Radii radii = inner_and_outer(part);
-  return full_revolution(part, located(part.location("outer"), [&] { return hollow_ball(radii, chord); }),
-                         chord / std::sqrt(2));
+  return located(part.location("outer"), [&] {
+    Surface out = ball_surface(radii.outer, chord);
+    const Surface cavity = ball_surface(radii.inner, chord);
+    const auto first = static_cast<std::int32_t>(out.vertices.size());
+    out.vertices.insert(out.vertices.end(), cavity.vertices.begin(), cavity.vertices.end());
+    for (Surface::Triangle& facet : out.facets) facet.face = 1;
+    for (const auto& [vertex, face] : cavity.facets)  // they look into it
+      out.facets.push_back({{first + vertex[0], first + vertex[2], first + vertex[1]}, 0});
+    out.faces = {"inner", "outer"};
+    return out;
+  });
 }
 
 std::vector<Key> radii_keys() {
