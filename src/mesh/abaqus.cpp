@@ -75,8 +75,9 @@ class AbaqusReader {
 
  private:
   struct Set {
-    std::string name;  ///< as first written
-    std::vector<std::int64_t> labels;
+    std::string name;   ///< as first written
+    std::size_t place;  ///< among the sets of its kind, in the order of the file
+    std::vector<std::int64_t> labels = {};
   };
   using Sets = std::map<std::string, Set>;  // by upper case, as names are not told apart by it
   struct Side {
@@ -96,7 +97,7 @@ class AbaqusReader {
   }
   static std::string add(Sets& sets, const std::string& name) {
     std::string key = upper(name);
-    sets.try_emplace(key, Set{name, {}});
+    sets.try_emplace(key, Set{name, sets.size()});
     return key;
   }
 
@@ -209,10 +210,12 @@ class AbaqusReader {
     surfaces_[set_].push_back({cells[0], static_cast<int>(file_.to_integer(cells[1].substr(1)))});
   }
 
-  /// Sets by size, the largest first, so that smaller ones count.
+  /// Sets by size, the largest first, so that smaller ones count; of equal ones the later, as programs that make meshes
+  /// write their own sets with the elements and those of their users after them.
   static std::vector<const Set*> largest_first(const Sets& sets) {
     std::vector<const Set*> order;
     for (const auto& [key, set] : sets) order.push_back(&set);
+    std::ranges::sort(order, {}, &Set::place);
     std::ranges::stable_sort(order, std::greater(), [](const Set* s) { return s->labels.size(); });
     return order;
   }

@@ -42,8 +42,8 @@ struct Mesh {
 
 /// Gmsh 2.2 and 4.1, ASCII. The names are physical groups. Throws Error.
 Mesh read_gmsh(const std::string& path, const SourceLocation& named = {});
-/// Abaqus and CalculiX, one flat part. The names are sets of elements, of several that hold an element the smallest,
-/// and surfaces of elements, which become elements. Throws Error.
+/// Abaqus and CalculiX, one flat part. The names are sets of elements, of several that hold an element the smallest
+/// (of equal ones the later), and surfaces of elements, which become elements. Throws Error.
 Mesh read_abaqus(const std::string& path, const SourceLocation& named = {});
 /// VTK's unstructured grids in XML, not compressed. The names are numbers in an array of the cells. Throws Error.
 Mesh read_vtu(const std::string& path, const SourceLocation& named = {});
