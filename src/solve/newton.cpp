@@ -66,6 +66,11 @@ Newton::Result Newton::solve(std::span<double> T, int most_iterations, double si
   result.iterations = static_cast<int>(iterations);
   result.linear_iterations = linear_iterations;
   if (fails_at_start_) std::rethrow_exception(error_);
+  if (largest_in_units_of(tolerance_) > 1 && has_jacobian_) {  // which tells what is round-off, unlike the first guess
+    petsc::copy(x_, std::span(T_).first(system_.cloud().owned));
+    std::ranges::fill(tolerance_, 0), std::ranges::fill(round_off_, 0);
+    equations_.tolerance(T_, tolerance_, round_off_);
+  }
   result.residual = largest_in_units_of(tolerance_);
   // Where the line search finds nothing better, the digits may have come to their end.
   result.at_round_off = result.residual > 1 && (at_round_off_ || is_round_off());

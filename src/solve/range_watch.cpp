@@ -49,7 +49,7 @@ double RangeWatch::excess(HeatSystem& system, std::span<double> u) const {
   return excess_of(system, system.body_temperatures(u));
 }
 
-void RangeWatch::require(HeatSystem& system, double t, std::span<double> u, double allowed) const {
+void RangeWatch::require(HeatSystem& system, std::optional<double> t, std::span<double> u, double allowed) const {
   const ValueRange body = system.body_temperatures(u);
   const double largest = excess_of(system, body);
   if (!system.keeps_range())  // nothing tells how far temperatures may go, but what they are
@@ -62,16 +62,17 @@ void RangeWatch::require(HeatSystem& system, double t, std::span<double> u, doub
       if (excess_of(system, T[i]) < largest) continue;
       const Vec3& x = cloud.x[i];
       const std::string where = fmt::format(
-          "the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K at "
-          "t = {:.6g} s",
-          cloud.id[i], x.x, x.y, x.z, T[i], t);
+          "the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K {}", cloud.id[i], x.x, x.y, x.z, T[i],
+          t ? fmt::format("at t = {:.6g} s", *t) : "in the steady state");
       if (!system.keeps_range())
         throw Error(Fault::numbers, where + ", below absolute zero",
-                    "take out less heat, or take a smaller [time] step if the one taken was too long");
+                    t ? "take out less heat, or take a smaller [time] step if the one taken was too long"
+                      : "take out less heat");
       throw Error(Fault::numbers,
                   fmt::format("{}, outside the range of start, walls and surroundings, {:.6g} to {:.6g} K", where,
                               range_.low, range_.high),
-                  "take a smaller [time] step, or an integrator that chooses it");
+                  t ? "take a smaller [time] step, or an integrator that chooses it"
+                    : "take closer points, or a method and support whose weights are positive (calor check)");
     }
   });
 }

@@ -1,6 +1,7 @@
 #pragma once
 // Temperatures that cannot be: below absolute zero, or, where nothing heats or cools from inside, outside the range of
 // start, walls and surroundings (the maximum principle). They tell that a time step was too long.
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -23,8 +24,8 @@ class RangeWatch {
   /// Largest distance of the temperatures of the points from where they can be, K; updates the ghosts of u. Collective.
   double excess(HeatSystem& system, std::span<double> u) const;
   /// Throws Error(numbers) that names the point farthest out where that is more than `allowed`, K; updates the ghosts
-  /// of u. Collective.
-  void require(HeatSystem& system, double t, std::span<double> u, double allowed) const;
+  /// of u. `t`: none in a steady state. Collective.
+  void require(HeatSystem& system, std::optional<double> t, std::span<double> u, double allowed) const;
 
  private:
   /// Data that lie below absolute zero count temperatures from somewhere else.

@@ -3,7 +3,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <exception>
 #include <limits>
+#include <optional>
 
 #include "base/parallel.hpp"
 #include "solve/integrator.hpp"
@@ -67,12 +69,15 @@ class SteadyState {
                 [this](std::span<double> T, std::span<double> R) {
                   system_.residual(0, T, 1, {}, R);
                   for (int i : system_.prescribed()) R[i] *= rate_;
+                  for (std::size_t i = 0; i < inertia_.size(); ++i) R[i] += inertia_[i] * (T[i] - T_before_[i]);
                 },
             .jacobian =
                 [this](std::span<double> T, Mat J) {
                   system_.jacobian(0, T, 0, 1, J);
                   row_sums_ = row_sums(J, system_.cloud().owned);
                   for (int i : system_.prescribed()) row_sums_[i] *= rate_;
+                  if (first_row_sums_.empty()) first_row_sums_ = row_sums_;
+                  add_inertia(J);
                   scale(T, J);
                   hold_insulated(J);
                 },
@@ -80,6 +85,20 @@ class SteadyState {
             .correct_step = by_theta_
                                 ? [this](std::span<double> T, std::span<double> step) { step_to_temperature(T, step); }
                                 : std::function<void(std::span<double>, std::span<double>)>()};
+  }
+
+  /// From now on the unknown of the steps is the temperature itself. Between materials that are scaled differently a
+  /// part of a step of theta may lead astray.
+  void step_in_temperature() { by_theta_ = false; }
+
+  /// Lets every point hold heat as in an implicit step of time from T: by `part` of what it exchanged at the first
+  /// guess. 0: none.
+  void hold_back(double part, std::span<const double> T) {
+    inertia_.clear();
+    if (part == 0) return;
+    for (const double exchanged : first_row_sums_) inertia_.push_back(part * exchanged);
+    for (int i : system_.prescribed()) inertia_[i] = 0;
+    T_before_.assign(T.begin(), T.end());
   }
 
   double flow() const { return flow_; }
@@ -117,6 +136,7 @@ class SteadyState {
   /// Turns a step of the unknown into one of T: step = integral of dtheta/dT over dT, by the value at mid-step. Where
   /// that has none, the step is the last that was found, for the line search to shorten.
   void step_to_temperature(std::span<double> T, std::span<double> step) const {
+    if (!by_theta_) return;
     const std::vector<double> dtheta(step.begin(), step.end());
     std::vector<double> middle(T.begin(), T.begin() + static_cast<std::ptrdiff_t>(step.size()));
     for (int n = 0; n < 3; ++n) {
@@ -142,6 +162,16 @@ class SteadyState {
       petsc::copy(k, columns);
     }
     petsc::check(MatDiagonalScale(J, rows, by_theta_ ? static_cast<Vec>(columns) : nullptr));
+  }
+
+  void add_inertia(Mat J) const {
+    PetscInt first = 0;
+    petsc::check(MatGetOwnershipRange(J, &first, nullptr));
+    for (std::size_t i = 0; i < inertia_.size(); ++i) {
+      const PetscInt row = first + static_cast<PetscInt>(i);
+      petsc::check(MatSetValue(J, row, row, inertia_[i], ADD_VALUES));
+    }
+    petsc::assemble(J);
   }
 
   /// Nothing flows to or from points within an insulator: their temperatures stay as they are.
@@ -176,7 +206,8 @@ class SteadyState {
       flow_ = largest_flow(system_, T);
       T_of_flow_.assign(T.begin(), T.begin() + cloud.owned);
     }
-    std::ranges::fill(tolerance, relative_ * flow_);
+    constexpr double on_the_way = 1e-4;
+    std::ranges::fill(tolerance, (inertia_.empty() ? relative_ : on_the_way) * flow_);
     // Prescribed temperatures may be rows of their own, in units of their own.
     std::vector<double> scale(cloud.owned);
     system_.residual_scale(0, T, scale);
@@ -196,8 +227,35 @@ class SteadyState {
   bool by_theta_;
   double largest_k_ = 1;  ///< at the first guess, W/(m K)
   std::vector<double> T_of_flow_;
-  std::vector<double> row_sums_;  ///< of the last Jacobian; empty before the first
+  std::vector<double> row_sums_, first_row_sums_;  ///< of the last Jacobian and the first; empty before that
+  std::vector<double> inertia_, T_before_;         ///< see hold_back; W/K and K
 };
+
+/// From a first guess that Newton's method finds nothing from: implicit steps of time that grow while they succeed
+/// (pseudo-transient continuation: Kelley and Keyes, SIAM J. Numer. Anal. 35 (1998) 508). Collective.
+Newton::Result march(SteadyState& equations, Newton& newton, std::span<double> T, int most_iterations) {
+  constexpr double least = 1e-10, most = 1e4;
+  constexpr int most_steps = 60;
+  Newton::Result result;
+  int iterations = 0;
+  double part = 1;
+  equations.step_in_temperature();
+  for (int step = 0; step < most_steps && part < most; ++step) {
+    std::vector<double> next(T.begin(), T.end());
+    equations.hold_back(part, T);
+    newton.renew_jacobian();
+    const long linear_iterations = result.linear_iterations;
+    result = newton.solve(next, most_iterations, equations.size(T));
+    iterations += result.iterations;
+    result.iterations = iterations, result.linear_iterations += linear_iterations;
+    if (result.converged) std::ranges::copy(next, T.begin());
+    if (result.converged && part == 0) break;
+    part = result.converged ? (part > least ? part / 5 : 0) : std::max(10 * part, 100 * least);
+  }
+  result.converged = result.converged && part == 0;
+  equations.hold_back(0, T);
+  return result;
+}
 
 }  // namespace
 
@@ -219,22 +277,37 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   SteadyState equations(system, relative, state.T);
   Newton newton(system, equations.equations(), true);
   newton.always_renew(false);
-  const auto result = newton.solve(state.T, most_iterations, equations.size(state.T));
-  if (!result.converged && result.reason) std::rethrow_exception(result.reason);
+  const auto failure = [&](const Newton::Result& result) -> std::exception_ptr {
+    constexpr double part_of_span = 1e-2;  // where points are few
+    try {
+      if (!result.converged && result.reason) std::rethrow_exception(result.reason);
+      const double imbalance = equations.imbalance(state.T);
+      if (!result.converged)
+        throw Error(Fault::numbers,
+                    fmt::format("Newton's method did not reach the steady state in {} iterations: an imbalance of "
+                                "{:.3g} W remains, {:.3g} W are allowed",
+                                result.iterations, imbalance, imbalance / result.residual),
+                    "start nearer to the solution ([initial]), or march towards it ([time] with steady_below); there "
+                    "may be none, if sources grow with the temperature");
+      watch.require(system, std::nullopt, state.T, part_of_span * watch.span());
+    } catch (const Error&) {
+      return std::current_exception();
+    }
+    return nullptr;
+  };
+  const std::vector<double> first_guess = state.T;
+  Newton::Result result = newton.solve(state.T, most_iterations, equations.size(state.T));
+  if (const std::exception_ptr why = failure(result)) {
+    state.T = first_guess;
+    result = march(equations, newton, state.T, most_iterations);
+    if (failure(result)) std::rethrow_exception(why);
+  }
   const SteadyReport report{.newton_iterations = result.iterations,
                             .linear_iterations = result.linear_iterations,
                             .residual = relative * result.residual,
                             .imbalance = equations.imbalance(state.T),
                             .flow = equations.flow(),
                             .at_round_off = result.at_round_off};
-  if (!result.converged)
-    throw Error(Fault::numbers,
-                fmt::format("Newton's method did not reach the steady state in {} iterations: an imbalance of {:.3g} W "
-                            "remains, {:.3g} W are allowed",
-                            report.newton_iterations, report.imbalance, report.imbalance / result.residual),
-                "start nearer to the solution ([initial]), or march towards it ([time] with steady_below)");
-  constexpr double part_of_span = 1e-2;  // where points are few
-  watch.require(system, state.t, state.T, part_of_span * watch.span());
   system.energy(state.T, state.E);
   return report;
 }
