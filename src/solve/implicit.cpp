@@ -37,8 +37,8 @@ bool StageSolver::steps_in_enthalpy(const HeatSystem& system) {
   return system.capacity_is_lumped() && system.material().capacity_depends_on_T();
 }
 
-bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
-                        StepCounts& counts) {
+bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known, double tolerance, bool careful,
+                        std::span<double> T, StepCounts& counts) {
   const int most_iterations = steps_in_enthalpy(system_) ? 100 : 25;  // a front of melting goes from point to point
   constexpr double round_off = 8 * std::numeric_limits<double>::epsilon(), least = 1e-13;
   const bool is_constant = system_.jacobian_is_constant();
@@ -57,9 +57,21 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   const double size = max(system_.cloud().comm, C) * (1 + gamma_dt * rate_bound_);
   for (double& value : tolerance_) value *= reachable;
 
-  const Newton::Result result = newton_.solve(T, most_iterations, size);
-  counts.newton_iterations += result.iterations;
-  counts.linear_iterations += result.linear_iterations;
+  const auto solve = [&](int most) {
+    const Newton::Result result = newton_.solve(T, most, size);
+    counts.newton_iterations += result.iterations;
+    counts.linear_iterations += result.linear_iterations;
+    return result;
+  };
+  const std::vector<double> guess = careful ? std::vector<double>(T.begin(), T.end()) : std::vector<double>();
+  Newton::Result result = solve(most_iterations);
+  if (!result.converged && careful) {
+    std::ranges::copy(guess, T.begin());
+    newton_.go_carefully(true), newton_.renew_jacobian();
+    newton_.always_renew(true);
+    result = solve(8 * most_iterations);
+    newton_.go_carefully(false), newton_.always_renew(steps_in_enthalpy(system_));
+  }
   reason_ = result.reason;
   return result.converged;
 }
@@ -102,7 +114,7 @@ bool ImplicitStepper::solve_stage(HeatSystem& system, double t, double gamma_dt,
   std::ranges::copy(E0, known_.begin());
   for (const Weighted& r : rates)
     for (std::size_t i = 0; i < known_.size(); ++i) known_[i] += r.weight * r.rate.F[i];
-  if (!solver_->solve(t, gamma_dt, known_, tolerance, T_, counts)) return false;
+  if (!solver_->solve(t, gamma_dt, known_, tolerance, options_.step.has_value(), T_, counts)) return false;
   evaluate(system, t, T_, rate);
   return true;
 }

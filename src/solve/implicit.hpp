@@ -15,9 +15,10 @@ class StageSolver {
   explicit StageSolver(HeatSystem& system);
 
   /// Finds T (local points; a first guess on entry) with prescribed points at their temperature at time t. Every
-  /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails. Collective.
-  bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, std::span<double> T,
-             StepCounts& counts);
+  /// balance is met to `tolerance` (K, times the capacity) or to round-off. False if Newton fails; where steps cannot
+  /// be shortened it is `careful` then, before it gives up. Collective.
+  bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, bool careful,
+             std::span<double> T, StepCounts& counts);
   /// The next solve takes a new matrix.
   void renew() { newton_.renew_jacobian(); }
   /// What is kept from solve to solve, the matrix by where it was evaluated. Collective.

@@ -33,11 +33,8 @@ Newton::Newton(HeatSystem& system, Equations equations, bool steady)
   check(SNESSetJacobian(snes_, J_, J_, jacobian, this));
   check(SNESSetCheckJacobianDomainError(snes_, PETSC_TRUE));
   check(SNESSetConvergenceTest(snes_, converged, this, nullptr));
-  SNESLineSearch search = nullptr;
-  check(SNESGetLineSearch(snes_, &search));
-  check(SNESLineSearchSetType(search, SNESLINESEARCHBT));
-  if (equations_.correct_step) check(SNESLineSearchSetPreCheck(search, correct_step, this));
-  if (equations_.residual_may_grow) check(SNESLineSearchSetType(search, SNESLINESEARCHBASIC));
+  if (equations_.correct_step) check(SNESLineSearchSetPreCheck(line_search(), correct_step, this));
+  go_carefully(false);
   choose_linear_solver(linear_solver(), system, steady);
   check(SNESSetFromOptions(snes_));
 }
@@ -46,6 +43,17 @@ KSP Newton::linear_solver() const {
   KSP solver = nullptr;
   check(SNESGetKSP(snes_, &solver));
   return solver;
+}
+
+SNESLineSearch Newton::line_search() const {
+  SNESLineSearch search = nullptr;
+  check(SNESGetLineSearch(snes_, &search));
+  return search;
+}
+
+void Newton::go_carefully(bool yes) {
+  const bool may_grow = equations_.residual_may_grow && !yes;
+  check(SNESLineSearchSetType(line_search(), may_grow ? SNESLINESEARCHBASIC : SNESLINESEARCHBT));
 }
 
 Newton::Result Newton::solve(std::span<double> T, int most_iterations, double size) {

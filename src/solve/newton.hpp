@@ -49,6 +49,9 @@ class Newton {
 
   /// The Jacobian stays as it is until this is called.
   void renew_jacobian() { jacobian_is_old_ = true; }
+  /// From now on every step is shortened until the residual falls, whatever the equations say of it; or no longer.
+  /// Slow, but it comes to an end where Newton's steps jump to and fro, as over the switching of a thermostat.
+  void go_carefully(bool yes);
   /// When convergence slows down, and in every iteration of a problem with `always_renew`.
   void always_renew(bool yes) { always_renew_ = yes; }
 
@@ -67,6 +70,7 @@ class Newton {
   /// J_ at T_.
   void evaluate_jacobian();
   KSP linear_solver() const;
+  SNESLineSearch line_search() const;
   /// Largest |R_i| / unit_i. Collective.
   double largest_in_units_of(const std::vector<double>& unit) const;
   bool is_round_off() const;
