@@ -109,10 +109,14 @@ void Parts::read_layers(const Table& body) {
   }
   low = min(cloud_.comm, low), high = max(cloud_.comm, high);
   if (is_box) low = cloud_.walls[2 * axis], high = cloud_.walls[2 * axis + 1];
-  const double start = body.has("start") ? body.number("start") : low, total = layers_.top.back();
+  const double total = layers_.top.back(), excess = total - (high - low);
+  // What is round ends a little short of where it would, as its facets lie within.
+  constexpr double of_facets = 0.02;
+  const bool is_round = cloud_.body && excess > 0 && excess < of_facets * (high - low);
+  const double start = body.has("start") ? body.number("start") : is_round ? low - excess / 2 : low;
   const double slack = (is_box || cloud_.points_on_walls ? 1e-6 : 1e-2) * (high - low);
   const bool short_of = start > low + slack || start + total < high - slack;
-  if (short_of || (!body.has("start") && start + total > high + slack))
+  if (short_of || (!body.has("start") && !is_round && excess > slack))
     body.refuse(
         "layer",
         fmt::format("the layers are {:.6g} m thick together, from {} = {:.6g} m, the body reaches from {:.6g} m "
@@ -334,7 +338,8 @@ void declare_parts(Schema& schema) {
             {"automatic", "integral", "arithmetic", "harmonic"}},
            {"along", Kind::choice, "", optional, "Axis across the layers, from the low side up.", axes},
            {"start", Kind::quantity, "m", optional,
-            "Coordinate at which the first layer begins; default: the low side of the body."}}});
+            "Coordinate at which the first layer begins; default: the low side of the body; of a body with "
+            "facets that layers stand over by up to 2 %, they do so on both sides alike."}}});
   schema.add({.path = "body.layer[]",
               .sentence = "A layer of the body. The interface lies where the thicknesses put it, on points or between.",
               .keys = {{"material", Kind::text, "", required, "Material of the layer."},

@@ -203,6 +203,17 @@ class Contract(unittest.TestCase):
             case.write_text(text + '[[expect]]\nreport = "heat_flow.haeter"\nat_most = 1\n')
             self.assertIn("did you mean 'heat_flow.heater'? it has points, ", self.calor("check", case.name, code=3).stderr)
 
+    def test_layers_as_thick_as_a_cylinder_fill_its_facets(self):
+        text = ('title = "Layers"\nmethod = "sph"\n[cloud]\nshape = "surface"\nspacing = "4 mm"\n[[cloud.part]]\nshape = "cylinder"\nname = "disc"\n'
+                'radius = "10 mm"\nheight = "8 mm"\nturn = ["0 deg", "0 deg", "7 deg"]\n[body]\nalong = "x"\n[boundary.disc]\non = "disc.side"\n'
+                'temperature = "300 K"\n[steady]\n')
+        for material in ("a", "b"):
+            text += f'[material.{material}]\nconductivity = "40 W/(m K)"\n[[body.layer]]\nmaterial = "{material}"\nthickness = "10 mm"\n'
+        (self.here / "layers.toml").write_text(text)
+        self.calor("check", "layers.toml")
+        (self.here / "layers.toml").write_text(text.replace('"10 mm"\n[material', '"11 mm"\n[material'))
+        self.assertIn("or say where they start", self.calor("check", "layers.toml", code=3).stderr)
+
     def test_what_does_nothing_is_told_with_its_place(self):
         self.calor("new", "plate")
         plate = re.sub(r"\[\[expect\]\].*", "", (self.here / "plate.toml").read_text(), flags=re.DOTALL)
