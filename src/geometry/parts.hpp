@@ -127,7 +127,7 @@ class Parts {
   int rest_ = -1;  ///< the part of what no region takes
   Layers layers_;
   std::vector<Region> regions_;
-  std::shared_ptr<const PointTags> point_tags_;  ///< if there are regions of which the points alone know
+  std::shared_ptr<const PointTags> point_tags_;      ///< if there are regions of which the points alone know
   std::vector<std::unique_ptr<Function>> contacts_;  ///< of every part, with the part before it or all around it
   std::map<std::pair<int, int>, Function> between_;  ///< of two parts, the lower first; they come before
   bool has_contacts_ = false;

@@ -49,7 +49,7 @@ Weights interpolation_weights(const Vec3& p, std::span<const Candidate> near, bo
   if (n == 1) root_w[0] = 1;
 
   Eigen::VectorXd best;
-  int linear = 0;  // monomials that are exact
+  int linear = 0;              // monomials that are exact
   Eigen::MatrixXd rows(0, n);  // one per monomial: its values at the points
   for (const auto& power : monomials(dimension)) {
     Eigen::MatrixXd more(rows.rows() + 1, n);

@@ -138,9 +138,9 @@ double ImplicitStepper::tight_tolerance(HeatSystem& system, const State& state) 
 
 void ImplicitStepper::fail(double t, double dt) const {
   if (solver_->reason()) std::rethrow_exception(solver_->reason());
-  throw Error(Fault::numbers,
-              fmt::format("Newton's method did not converge in the step of {:.6g} s at t = {:.6g} s", dt, t),
-              "take a smaller [time] step, or integrator = \"rkl2\" or \"tr-bdf2\" without a step; or look for a run-away");
+  throw Error(
+      Fault::numbers, fmt::format("Newton's method did not converge in the step of {:.6g} s at t = {:.6g} s", dt, t),
+      "take a smaller [time] step, or integrator = \"rkl2\" or \"tr-bdf2\" without a step; or look for a run-away");
 }
 
 }  // namespace calor

@@ -61,9 +61,9 @@ void RangeWatch::require(HeatSystem& system, std::optional<double> t, std::span<
     for (std::size_t i = 0; i < T.size(); ++i) {
       if (excess_of(system, T[i]) < largest) continue;
       const Vec3& x = cloud.x[i];
-      const std::string where = fmt::format(
-          "the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K {}", cloud.id[i], x.x, x.y, x.z, T[i],
-          t ? fmt::format("at t = {:.6g} s", *t) : "in the steady state");
+      const std::string where =
+          fmt::format("the temperature of point {} at ({:.6g}, {:.6g}, {:.6g}) m is {:.6g} K {}", cloud.id[i], x.x, x.y,
+                      x.z, T[i], t ? fmt::format("at t = {:.6g} s", *t) : "in the steady state");
       if (!system.keeps_range())
         throw Error(Fault::numbers, where + ", below absolute zero",
                     t ? "take out less heat, or take a smaller [time] step if the one taken was too long"

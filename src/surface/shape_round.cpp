@@ -20,9 +20,8 @@ Surface full_revolution(const Table& part, const Outline& outline, double chord)
 
 Surface cylinder_from(const Table& part, double chord) {
   const double r = positive_length(part, "radius"), h = positive_length(part, "height");
-  return located(part.location("radius"), [&] {
-    return extruded({.contours = {circle(r, chord, 0)}, .faces = {"side"}}, h);
-  });
+  return located(part.location("radius"),
+                 [&] { return extruded({.contours = {circle(r, chord, 0)}, .faces = {"side"}}, h); });
 }
 
 Surface tube_from(const Table& part, double chord) {

@@ -57,8 +57,8 @@ std::string columns_of_points(const std::vector<double>& x, int first, int count
       std::string side = i == 0 || i == n - 1 ? fmt::format(",{},0,x{}", i == 0 ? -height : height, i == 0) : "";
       if (j == 0 || j == rows - 1) side += fmt::format(",0,{},y{}", j == 0 ? -width : width, j == 0);
       while (std::ranges::count(side, ',') < 6) side += ",";
-      text += fmt::format("{},{},{},{}{}\n", x[i], j * d, width * height, i < first || i >= first + count ? "" : "strip",
-                          side);
+      text += fmt::format("{},{},{},{}{}\n", x[i], j * d, width * height,
+                          i < first || i >= first + count ? "" : "strip", side);
     }
   return text;
 }
@@ -75,8 +75,7 @@ TEST(PointTags, PairsThatJumpOverThinPartsRunThroughThem) {
       for (const std::string method : {"sph", "peridynamics", "mlpg"})
         for (const double contact : {0., 50.}) {
           SCOPED_TRACE(fmt::format("{}, {} columns, contact {}, even {}", method, columns, contact, even));
-          const double resistance =
-              (x.back() - thickness) / 400 + thickness / 0.1 + (contact > 0 ? 2 / contact : 0);
+          const double resistance = (x.back() - thickness) / 400 + thickness / 0.1 + (contact > 0 ? 2 / contact : 0);
           const std::string text =
               fmt::format("title = \"t\"\nmethod = \"{}\"\n[cloud]\nshape = \"csv\"\nfile = \"{}\"\n", method, file) +
               simple_material({.name = "metal", .k = "400"}) + simple_material({.name = "insulator", .k = "0.1"}) +
