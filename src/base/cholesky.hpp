@@ -1,29 +1,29 @@
 #pragma once
 // Cholesky's factorisation of matrices so small that loops of known length are faster than a library, in machine code
 // and to compile.
-#include <algorithm>
 #include <array>
-#include <cmath>
-#include <limits>
+
+#include "base/lanes.hpp"
 
 namespace calor {
 
-template <int n>
+/// Of one matrix, Real = double, or of one in every lane of Doubles.
+template <int n, class Real = double>
 class Cholesky {
  public:
-  using Vector = std::array<double, n>;
+  using Vector = std::array<Real, n>;
 
   /// Of the symmetric A, by its entries A[i][j], j <= i.
-  explicit Cholesky(const std::array<Vector, n>& A) : L_(A) {
-    double least = std::numeric_limits<double>::infinity(), largest = 0;
+  CALOR_ALWAYS_INLINE explicit Cholesky(const std::array<Vector, n>& A) : L_(A) {
+    Real least = L_[0][0], largest = L_[0][0];
     for (int j = 0; j < n; ++j) {
-      double pivot = L_[j][j];
+      Real pivot = L_[j][j];
       for (int k = 0; k < j; ++k) pivot -= L_[j][k] * L_[j][k];
-      if (!(pivot > 0)) return;
-      least = std::min(least, pivot), largest = std::max(largest, pivot);
-      L_[j][j] = 1 / std::sqrt(pivot);
+      least = chosen(least <= pivot, least, pivot);  // NaN, which follows a pivot that is not positive, stays
+      largest = chosen(largest < pivot, pivot, largest);
+      L_[j][j] = 1 / root(pivot);
       for (int i = j + 1; i < n; ++i) {
-        double sum = L_[i][j];
+        Real sum = L_[i][j];
         for (int k = 0; k < j; ++k) sum -= L_[i][k] * L_[j][k];
         L_[i][j] = sum * L_[j][j];
       }
@@ -31,11 +31,12 @@ class Cholesky {
     pivot_ratio_ = least / largest;
   }
 
-  /// The least pivot over the largest; 0: A is not positive definite, and there is no factor.
-  double pivot_ratio() const { return pivot_ratio_; }
+  /// The least pivot over the largest. Where A is not positive definite it is not positive, or NaN, and there is no
+  /// factor.
+  CALOR_ALWAYS_INLINE Real pivot_ratio() const { return pivot_ratio_; }
 
   /// b becomes A^-1 b.
-  void solve(Vector& b) const {
+  CALOR_ALWAYS_INLINE void solve(Vector& b) const {
     for (int i = 0; i < n; ++i) {
       for (int k = 0; k < i; ++k) b[i] -= L_[i][k] * b[k];
       b[i] *= L_[i][i];
@@ -48,7 +49,7 @@ class Cholesky {
 
  private:
   std::array<Vector, n> L_;  ///< 1 / L_ii on the diagonal
-  double pivot_ratio_ = 0;
+  Real pivot_ratio_;
 };
 
 }  // namespace calor

@@ -54,16 +54,17 @@ template <class Add>
 void for_each_node(const MovingLeastSquares& mls, double R, const Vec3& x, bool slopes, const Stencil& stencil,
                    const Add& add) {
   std::vector<int> number;
-  std::vector<Vec3> nodes;
+  std::vector<MlsNode> nodes;
   for (int n = 0; n < stencil.size(); ++n) {
     const Vec3 y = stencil.location(n);
-    if (dot(x - y, x - y) < R * R * (1 - 1e-9)) number.push_back(n), nodes.push_back(y);
+    if (dot(x - y, x - y) < R * R * (1 - 1e-9)) number.push_back(n), nodes.push_back({y, {1 / R, 1 / R, 1 / R}});
   }
-  const std::vector<Vec3> radius(nodes.size(), {R, R, R});
-  std::vector<double> phi(nodes.size());
-  std::vector<Vec3> gradient(slopes ? nodes.size() : 0);
-  if (!mls.evaluate(x, nodes, radius, phi, gradient)) return;
-  for (std::size_t k = 0; k < nodes.size(); ++k) add(number[k], phi[k], slopes ? gradient[k] : Vec3{});
+  MlsPlaces places;  // one place, along every axis
+  for (int a = 0; a < (slopes ? 3 : 1); ++a) places.add(x, {double(a == 0), double(a == 1), double(a == 2)});
+  std::vector<MlsPlaces::Lanes> phi(nodes.size()), slope(slopes ? nodes.size() : 0);
+  if (!mls.evaluate(places, nodes, std::vector<std::uint8_t>(nodes.size(), 0xff), phi, slope)) return;
+  for (std::size_t k = 0; k < nodes.size(); ++k)
+    add(number[k], phi[k][0], slopes ? Vec3{slope[k][0], slope[k][1], slope[k][2]} : Vec3{});
 }
 
 using petsc::check;

@@ -1,5 +1,6 @@
 #pragma once
 // Which points' supports cover a place, and the rows of shape functions there.
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -29,6 +30,19 @@ struct ShapeRows {
   std::vector<double> slope;  ///< grad phi . along of the first rows, which were given such a vector
 };
 
+/// Local points that count at some of several places, ascending by id.
+struct Covering {
+  std::vector<std::int32_t> points;
+  std::vector<MlsNode> nodes;      ///< of the same points
+  std::vector<std::uint8_t> sees;  ///< bit l: the support of the point covers place l, which sees it through the body
+  struct Hit {
+    std::int64_t id;
+    std::int32_t position;
+    std::uint8_t sees;
+  };
+  std::vector<Hit> hits;  ///< of the search
+};
+
 /// Finds the points whose support covers a place.
 class Supports {
  public:
@@ -38,8 +52,11 @@ class Supports {
   std::span<const double> radius() const { return R_; }
   void set_radius(std::span<const double> R);
 
-  /// Local points J with |(x - x_J) / s_J| < R_J, ascending by id.
-  void covering(const Vec3& x, std::vector<std::int32_t>& found) const;
+  /// How many of the places, from the first on, are evaluated together: few enough, and near enough to each other, for
+  /// most of the points that one sees to be seen by the others.
+  std::size_t batch(std::span<const Vec3> places) const;
+  /// Local points J with |(x - x_J) / s_J| < R_J at one of the places.
+  void covering(const MlsPlaces& places, Covering& found) const;
   /// The `count` local points nearest to x in the given metric, nearest first, of those within the ellipsoid `reach`
   /// (m); fewer if there are no more.
   std::vector<std::int32_t> nearest(const Vec3& x, int count, const Vec3& reach, const Vec3& metric) const;
@@ -49,6 +66,12 @@ class Supports {
  private:
   /// Leaves those that x sees through the body.
   void keep_seen(const Vec3& x, std::vector<std::int32_t>& points) const;
+  void keep_seen(const MlsPlaces& places, std::span<Covering::Hit> hits) const;
+  /// Adds the positions begin .. end of order_ whose points cover any of the places to `out`; returns its end.
+  Covering::Hit* scan(const MlsPlaces& places, std::int32_t begin, std::int32_t end, Covering::Hit* out) const;
+  /// Calls use(begin, end) for the ranges of order_ that hold all points of the box from low to high.
+  template <class Use>
+  void for_each_row(const Vec3& low, const Vec3& high, const Use& use) const;
   template <class Use>
   void for_each_near(const Vec3& x, const Vec3& reach, const Use& use) const;
 
@@ -57,6 +80,7 @@ class Supports {
   Vec3 largest_;  // semi-axes of the largest supports, m
   Cells cells_;
   CellOrder order_;
+  std::array<std::vector<double>, 3> x_, by_R_;  // in that order: places and inverse semi-axes, axis by axis
 };
 
 /// What enlarging did, for the report.

@@ -10,6 +10,7 @@
 #include "cloud/lattice.hpp"
 #include "conduction/supports.hpp"
 #include "method_clouds.hpp"
+#include "shape_functions.hpp"
 
 namespace calor {
 namespace {
@@ -37,15 +38,10 @@ Scatter scatter(int dimension, double radius, double uneven = 0.2) {
   return s;
 }
 
-struct Shape {
-  std::vector<double> phi;
-  std::vector<Vec3> gradient;
-};
-
-Shape shape(const MovingLeastSquares& mls, const Vec3& x, const Scatter& s) {
-  Shape out{std::vector<double>(s.x.size()), std::vector<Vec3>(s.x.size())};
-  EXPECT_TRUE(mls.evaluate(x, s.x, s.R, out.phi, out.gradient));
-  return out;
+ShapesAtPlace shape(const MovingLeastSquares& mls, const Vec3& x, const Scatter& s) {
+  ShapesAtPlace N = shape_functions(mls, x, s.x, s.R);
+  EXPECT_TRUE(N.fitted);
+  return N;
 }
 
 /// Every dimension, degree and weight, with a support that suits it.
@@ -131,15 +127,16 @@ TEST(MovingLeastSquares, MoveTurnAndScaleWithTheirPoints) {
 }
 
 TEST(MovingLeastSquares, RefuseTooFewPointsAndPointsOnALineOrPlane) {
-  std::vector<double> phi(9);
-  std::vector<Vec3> gradient(9);
   const std::vector<Vec3> R(9, {3, 3, 3});
   const std::vector<Vec3> line = {{-1, 0, 0}, {0, 0, 0}, {1, 0, 0}, {2, 0, 0}};
   const std::vector<Vec3> plane = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {1, 1, 0}, {2, 0, 0}};
   const auto fits = [&](int dimension, int degree, std::span<const Vec3> x) {
     const MovingLeastSquares mls{dimension, degree};
-    const bool regular = mls.evaluate({0.3, 0, 0}, x, std::span(R).first(x.size()), phi, gradient);
-    EXPECT_EQ(regular, mls.condition({0.3, 0, 0}, x, std::span(R).first(x.size())) < 1e10);
+    const Vec3 place{0.3, 0, 0};
+    const bool regular = shape_functions(mls, place, x, std::span(R).first(x.size())).fitted;
+    std::vector<MlsNode> nodes;
+    for (const Vec3& node : x) nodes.push_back({node, quotient({1, 1, 1}, R[0])});
+    EXPECT_EQ(regular, mls.condition(place, nodes) < 1e10);
     return regular;
   };
   EXPECT_TRUE(fits(1, 2, line));
@@ -148,6 +145,42 @@ TEST(MovingLeastSquares, RefuseTooFewPointsAndPointsOnALineOrPlane) {
   EXPECT_TRUE(fits(2, 1, plane));
   EXPECT_FALSE(fits(2, 2, plane));
   EXPECT_FALSE(fits(3, 1, plane));
+}
+
+TEST(MovingLeastSquares, OfAPlaceHaveTheSameBitsWhateverOtherPlacesAreEvaluatedWithIt) {
+  for_every_fit([](const MovingLeastSquares& mls, const Scatter& s) {
+    std::vector<MlsNode> all;
+    for (std::size_t k = 0; k < s.x.size(); ++k) all.push_back({s.x[k], quotient({1, 1, 1}, s.R[k])});
+    const auto place = [&](int l) {
+      Vec3 x = 0.3 * hashed_uniform(7, l);
+      for (int a = mls.dimension; a < 3; ++a) x[a] = 0;
+      return x;
+    };
+    // Each of eight places sees most of the nodes, others than the next place.
+    const auto sees = [](int l, std::size_t k) { return (k + l) % 5 != 0; };
+    const auto rows = [&](std::span<const int> of) {
+      MlsPlaces places;
+      std::vector<MlsNode> nodes;
+      std::vector<std::uint8_t> bits;
+      for (const int l : of) places.add(place(l), {1, 2, 3});
+      for (std::size_t k = 0; k < all.size(); ++k) {
+        std::uint8_t bit = 0;
+        for (std::size_t n = 0; n < of.size(); ++n) bit |= static_cast<std::uint8_t>(sees(of[n], k) << n);
+        if (bit != 0) nodes.push_back(all[k]), bits.push_back(bit);
+      }
+      std::vector<MlsPlaces::Lanes> phi(nodes.size()), slope(nodes.size());
+      EXPECT_EQ(mls.evaluate(places, nodes, bits, phi, slope), (1u << of.size()) - 1);
+      std::vector<std::vector<double>> rows(of.size());
+      for (std::size_t k = 0; k < nodes.size(); ++k)
+        for (std::size_t n = 0; n < of.size(); ++n)
+          if (bits[k] >> n & 1) rows[n].push_back(phi[k][n]), rows[n].push_back(slope[k][n]);
+      return rows;
+    };
+    const auto together = rows(std::vector{0, 1, 2, 3, 4, 5, 6, 7}), others = rows(std::vector{7, 6, 3, 1, 0});
+    EXPECT_EQ(others[0], together[7]);
+    EXPECT_EQ(others[2], together[3]);
+    for (const int l : {0, 3, 7}) EXPECT_EQ(rows(std::vector{l})[0], together[l]);
+  });
 }
 
 /// Points halfway between neighbours, and the points themselves.
