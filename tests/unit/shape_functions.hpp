@@ -16,7 +16,7 @@ struct ShapesAtPlace {
 
 /// All nodes count; R: semi-axes of their supports.
 inline ShapesAtPlace shape_functions(const MovingLeastSquares& mls, const Vec3& x, std::span<const Vec3> nodes,
-                                      std::span<const Vec3> R) {
+                                     std::span<const Vec3> R) {
   std::vector<MlsNode> all;
   for (std::size_t k = 0; k < nodes.size(); ++k) all.push_back({nodes[k], quotient({1, 1, 1}, R[k])});
   MlsPlaces places;  // the same three times, once for every axis
