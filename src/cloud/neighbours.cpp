@@ -115,10 +115,10 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
       const std::size_t size = out.column.size(), needed = size + found.size();
       if (out.column.capacity() < needed) {
         // From what the rows so far took, so that large lists are moved once or twice only, and are packed where they
-        // are (pair_rows.hpp). Room that is never used costs no memory.
-        const double rows = static_cast<double>(cloud.owned) / (i + 1.0);
-        out.column.reserve(
-            i < 1000 ? 2 * needed : static_cast<std::size_t>(1.1 * rows * static_cast<double>(needed)) + found.size());
+        // are (pair_rows.hpp): for twice as much, as the first rows may be those of a wall, which are short. Room that
+        // is never used costs no memory.
+        const double rows = i < 1000 ? 1 : static_cast<double>(cloud.owned) / (i + 1.0);
+        out.column.reserve(static_cast<std::size_t>(2 * rows * static_cast<double>(needed)));
       }
       const auto self = std::ranges::find(found, i);
       out.column.insert(out.column.end(), found.begin(), self);

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <map>
+
+#include "base/lanes.hpp"
 
 namespace calor {
 
@@ -70,10 +73,36 @@ std::span<std::int32_t> Search::find(const Vec3& p, const Vec3& metric, std::vec
   Hits hits;
   for (const Class& c : classes_) search(c, p, metric, buffer, hits);
   coincident = hits.coincident;
+  const std::size_t count = hits.count;
   const auto id = [&](std::int32_t k) { return id_[k]; };
-  const auto found = std::span(buffer).first(hits.count);
-  if (!std::ranges::is_sorted(found, {}, id)) std::ranges::sort(found, {}, id);
-  return found;
+  if (std::ranges::is_sorted(std::span(buffer).first(count), {}, id)) return std::span(buffer).first(count);
+  if (count > most_counted) {
+    std::ranges::sort(std::span(buffer).first(count), {}, id);
+    return std::span(buffer).first(count);
+  }
+  if (buffer.size() < 2 * count) buffer.resize(2 * count);
+  sort_by_counting(std::span(buffer).first(count), std::span(buffer).subspan(count, count));
+  return std::span(buffer).subspan(count, count);
+}
+
+/// The place of every one is the number of those with a lower id: some n^2 / 8 steps without a branch, faster than
+/// sorting by exchanges.
+void Search::sort_by_counting(std::span<const std::int32_t> found, std::span<std::int32_t> sorted) const {
+  constexpr int widest = 8;
+  std::array<double, most_counted + widest> id;  // exact in a double
+  std::array<std::int64_t, most_counted + widest> place;
+  const std::size_t n = found.size();
+  for (std::size_t k = 0; k < n; ++k) id[k] = static_cast<double>(id_[found[k]]);
+  std::fill_n(id.begin() + n, widest, 0.0);
+  run_vectorised([&]<int width>() CALOR_ALWAYS_INLINE {
+    for (std::size_t k = 0; k < n; k += width) {
+      const Doubles<width> own = Consecutive<width>{static_cast<std::int64_t>(k)}(id.data());
+      typename Vectors<width>::Flags lower{};
+      for (std::size_t m = 0; m < n; ++m) lower -= id[m] < own;
+      std::memcpy(&place[k], &lower, sizeof lower);
+    }
+  });
+  for (std::size_t k = 0; k < n; ++k) sorted[place[k]] = found[k];
 }
 
 void Search::search(const Class& c, const Vec3& p, const Vec3& metric, std::vector<std::int32_t>& buffer,

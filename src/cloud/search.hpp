@@ -51,6 +51,9 @@ class Search {
   void scan_metric(std::int32_t begin, std::int32_t end, const Vec3& p, const Vec3& metric, std::int32_t* out,
                    Hits& hits) const;
 
+  void sort_by_counting(std::span<const std::int32_t> found, std::span<std::int32_t> sorted) const;
+
+  static constexpr std::size_t most_counted = 256;  // beyond, n^2 is too much
   double half_reach_, length_;
   Vec3 largest_;
   bool isotropic_;
