@@ -97,7 +97,10 @@ std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const
     for (int part = 0; part < parts->count(); ++part)
       if (!shares[part].place.empty()) views.push_back({part, near});
     std::vector<Parts::Segment> segments;
-    for (const Candidate& c : near) segments.push_back({p, c.x, tag, c.tag});
+    for (const Candidate& c : near) {
+      const double long_as = std::ceil(norm(c.x - p) / near.front().spacing);  // spacings
+      segments.push_back({p, c.x, tag, c.tag, std::max(1, static_cast<int>(long_as))});
+    }
     const Parts::Pieces pieces = parts->along(segments);
     for (View& view : views) {
       std::size_t n = 0;

@@ -54,8 +54,9 @@ std::string columns_of_points(const std::vector<double>& x, int first, int count
     for (int j = 0; j < rows; ++j) {
       const double width = 0.5 * (x[std::min(i + 1, n - 1)] - x[std::max(i - 1, 0)]);
       const double height = j == 0 || j == rows - 1 ? d / 2 : d;
-      std::string side = i == 0 || i == n - 1 ? fmt::format(",{},0,x{}", i == 0 ? -height : height, i == 0) : "";
-      if (j == 0 || j == rows - 1) side += fmt::format(",0,{},y{}", j == 0 ? -width : width, j == 0);
+      std::string side =
+          i == 0 || i == n - 1 ? fmt::format(",{},0,{}", i == 0 ? -height : height, i == 0 ? "low" : "high") : "";
+      if (j == 0 || j == rows - 1) side += fmt::format(",0,{},{}", j == 0 ? -width : width, j == 0 ? "front" : "back");
       while (std::ranges::count(side, ',') < 6) side += ",";
       text += fmt::format("{},{},{},{}{}\n", x[i], j * d, width * height,
                           i < first || i >= first + count ? "" : "strip", side);
@@ -81,8 +82,8 @@ TEST(PointTags, PairsThatJumpOverThinPartsRunThroughThem) {
               simple_material({.name = "metal", .k = "400"}) + simple_material({.name = "insulator", .k = "0.1"}) +
               "[body]\nmaterial = \"metal\"\n[[body.region]]\nmaterial = \"insulator\"\ntag = \"strip\"\n" +
               (contact > 0 ? fmt::format("contact = \"{} W/(m^2 K)\"\n", contact) : "") +
-              "[steady]\n[boundary.hot]\non = \"x1\"\ntemperature = \"400 K\"\n"
-              "[boundary.cold]\non = \"x0\"\ntemperature = \"300 K\"\n" +
+              "[steady]\n[boundary.hot]\non = \"low\"\ntemperature = \"400 K\"\n"
+              "[boundary.cold]\non = \"high\"\ntemperature = \"300 K\"\n" +
               fmt::format("[[expect]]\nheat_flow = \"hot\"\nvalue = \"{:.15g} W\"\nwithin = \"1e-5 W\"\n",
                           100 * 0.5 / resistance);
           for (const Verdict& v : run_into("", text).verdicts)

@@ -55,7 +55,8 @@ TEST(Probes, AreExactForCubicsOnLattices) {
 }
 
 TEST(Probes, InPartsThinnerThanTheSpacingAreExactForHeatThroughThem) {
-  // An insulator across a metal bar: the temperature falls linearly through both.
+  // An insulator across a metal bar: the temperature falls linearly through both. Lattices know where the interface
+  // lies to a millionth of the spacing, over which it falls by up to 5e-4 K.
   int n = 0;
   for (const char* jitter : {"0", "0.2"}) {
     for (const double thickness : {0.01, 0.03, 0.06, 0.09}) {
@@ -74,7 +75,7 @@ TEST(Probes, InPartsThinnerThanTheSpacingAreExactForHeatThroughThem) {
       for (const double part : {-0.1, 0.02, 0.3, 0.5, 0.9, 1.1}) {
         const double x = begin + part * thickness, inside = std::clamp(part, 0., 1.) * thickness;
         places += fmt::format("p{} = [\"{:.15g} m\", \"0.237 m\"]\n", ++probe, x);
-        expected += fmt::format("[[expect]]\nprobe = \"p{}\"\nvalue = \"{:.15g} K\"\nwithin = \"1e-6 K\"\n", probe,
+        expected += fmt::format("[[expect]]\nprobe = \"p{}\"\nvalue = \"{:.15g} K\"\nwithin = \"5e-4 K\"\n", probe,
                                 400 - flux * ((x - inside) / 40 + inside / 0.5));
       }
       for (const Verdict& v : run_into("", text + places + expected).verdicts)

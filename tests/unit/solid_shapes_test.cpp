@@ -128,9 +128,10 @@ TEST(SolidShapes, HaveVolumesAndAreasThatConvergeWithTheSquareOfTheChord) {
       return std::log(std::abs(a - exact) / std::abs(b - exact)) / std::log(4);
     };
     // How many chords go into an arc is a whole number, hence not quite 2. Segments of one chord have one sag, whatever
-    // the radius: in the plane an inner arc gives back what the outer one takes, and is left out.
+    // the radius: an inner arc of the plane, or of a tube, gives back what the outer one takes, and is left out.
     EXPECT_NEAR(order(area_of(coarse), area_of(fine), body.area), 2, 0.12) << body.keys;
-    if (coarse.dimension == 2 && std::ranges::count(coarse.faces, "inner")) continue;
+    const bool has_arcs = coarse.dimension == 2 || body.keys.find("tube") != std::string::npos;
+    if (has_arcs && std::ranges::count(coarse.faces, "inner")) continue;
     EXPECT_NEAR(order(enclosed_volume(coarse), enclosed_volume(fine), body.volume), 2, 0.12) << body.keys;
   }
 }
@@ -362,7 +363,7 @@ TEST(SolidShapes, RefusePlacesThatDoNotFit) {
 
 TEST(SolidShapes, RefuseFacetsThatNoMemoryHolds) {
   expect_refused("shape = 'disc'\nradius = '1 km'", {"part.toml:3:", "facets", "larger spacing"}, 1e-6);
-  expect_refused("shape = 'sphere'\nradius = '1 m'", {"part.toml:2:", "facets", "larger spacing"}, 1e-4);
+  expect_refused("shape = 'sphere'\nradius = '1 m'", {"part.toml:3:", "facets", "larger spacing"}, 1e-4);
 }
 
 }  // namespace
