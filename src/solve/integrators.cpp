@@ -146,7 +146,8 @@ void declare_time(Schema& schema) {
                 {"steady_below", Kind::quantity, "K/s", optional,
                  "The run ends when no temperature changes faster than this."}}});
   schema.add({.path = "steady",
-              .sentence = "The steady state instead of a transient run, by Newton's method.",
+              .sentence = "The steady state instead of a transient run, by Newton's method; functions of time are "
+                          "taken as they are at t = 0.",
               .keys = {{"tolerance", Kind::number, "", "1e-11",
                         "Largest imbalance of a point, relative to the largest heat flow through one."},
                        {"iterations", Kind::integer, "", "50", "Most iterations of Newton's method."}}});
