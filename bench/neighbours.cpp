@@ -5,29 +5,17 @@
 #include <petscsys.h>
 
 #include <algorithm>
-#include <ctime>
-#include <functional>
 #include <numeric>
 #include <random>
 #include <vector>
 
 #include "cloud/neighbours.hpp"
 #include "cloud/shapes.hpp"
+#include "cpu_time.hpp"
 
 namespace {
 
 using namespace calor;
-
-double seconds(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 void measure(const char* name, int edge, bool displaced, bool shuffled) {
   BoxLattice box;

@@ -8,28 +8,17 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <functional>
 #include <vector>
 
 #include "cloud/neighbours.hpp"
 #include "cloud/shapes.hpp"
 #include "conduction/pair_rows.hpp"
+#include "cpu_time.hpp"
 
 namespace {
 
 using namespace calor;
-
-double seconds(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 /// F_i = sum_j G_ij (T_j - T_i): what every code for this problem contains.
 void plain_rows(const Neighbours& n, std::span<const double> G, std::span<const double> T, std::span<double> F) {

@@ -5,28 +5,16 @@
 #include <petscsys.h>
 
 #include <algorithm>
-#include <ctime>
-#include <functional>
 #include <vector>
 
 #include "cloud/neighbours.hpp"
 #include "cloud/shapes.hpp"
 #include "conduction/supports.hpp"
+#include "cpu_time.hpp"
 
 namespace {
 
 using namespace calor;
-
-double seconds(const std::function<void()>& work) {
-  const auto now = [] {
-    timespec t{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-  };
-  const double start = now();
-  work();
-  return now() - start;
-}
 
 Cloud make_cloud(int edge) {
   BoxLattice box;

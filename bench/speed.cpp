@@ -7,29 +7,16 @@
 #include <sys/resource.h>
 
 #include <algorithm>
-#include <ctime>
-#include <functional>
 #include <vector>
 
 #include "app/model.hpp"
 #include "app/schema.hpp"
 #include "conduction/pair_conduction.hpp"
+#include "cpu_time.hpp"
 
 namespace {
 
 using namespace calor;
-
-double cpu_seconds() {
-  timespec t{};
-  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-double seconds(const std::function<void()>& work) {
-  const double start = cpu_seconds();
-  work();
-  return cpu_seconds() - start;
-}
 
 double median(std::vector<double> values) {
   std::ranges::sort(values);

@@ -5,9 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
+#include <utility>
 
 #include "case/case.hpp"
 #include "errors.hpp"
+#include "surface/combine.hpp"
 #include "surface/part_keys.hpp"
 #include "surface/polygon.hpp"
 
@@ -117,6 +120,25 @@ TEST(SolidShapes, HaveTheExactVolumeAndAreaWhereTheyAreFlat) {
     const Surface surface = part(body.keys);
     EXPECT_NEAR(enclosed_volume(surface), body.volume, 1e-14 * body.volume) << body.keys;
     EXPECT_NEAR(area_of(surface), body.area, 1e-14 * body.area) << body.keys;
+  }
+}
+
+TEST(SolidShapes, OfOneRadiusFitIntoEachOther) {
+  // What lies between them is an interface, so that the walls of both together are closed.
+  const std::string bush = "shape = 'tube'\ninner = '2 m'\nouter = '3 m'\nheight = '1 m'";
+  const std::string shell = "shape = 'shell'\ninner = '2 m'\nouter = '3 m'";
+  for (const auto& [inside, around] :
+       {std::pair<std::string, std::string>{"shape = 'tube'\ninner = '1 m'\nouter = '2 m'\nheight = '1 m'", bush},
+        {"shape = 'cylinder'\nradius = '2 m'\nheight = '1 m'", bush},
+        {"shape = 'sphere'\nradius = '2 m'", shell},
+        {"shape = 'shell'\ninner = '1 m'\nouter = '2 m'", shell}}) {
+    SCOPED_TRACE(inside);
+    const Surface a = part(inside, 0.4), b = part(around, 0.4);
+    Assembly body = assemble({a, b});
+    EXPECT_LT(body.walls, std::ssize(body.surface.facets));
+    body.surface.facets.resize(body.walls);
+    EXPECT_NO_THROW(require_closed(body.surface, {}));
+    EXPECT_NEAR(enclosed_volume(body.surface), enclosed_volume(a) + enclosed_volume(b), 1e-12 * enclosed_volume(b));
   }
 }
 
