@@ -4,35 +4,22 @@
 
 #include <algorithm>
 #include <cmath>
-#include <nanoflann.hpp>
 
 #include "base/parallel.hpp"
+#include "cloud/point_tree.hpp"
 #include "cloud/points.hpp"
 
 namespace calor {
 namespace {
 
-struct Coordinates {
-  std::span<const Vec3> x;
-  std::size_t kdtree_get_point_count() const { return x.size(); }
-  double kdtree_get_pt(std::size_t i, std::size_t axis) const { return x[i][static_cast<int>(axis)]; }
-  template <class Box>
-  bool kdtree_get_bbox(Box&) const {
-    return false;
-  }
-};
-using Tree = nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Coordinates>, Coordinates, 3,
-                                                 std::uint32_t>;
-
 /// The nearest points of every one: their distances, ascending; fewer where the cloud has fewer.
 class Nearest {
  public:
-  Nearest(std::span<const Vec3> x, std::size_t count)
-      : coordinates_{x}, tree_(3, coordinates_), index_(count + 1), square_(count + 1) {}
+  Nearest(std::span<const Vec3> x, std::size_t count) : x_(x), tree_(x), index_(count + 1), square_(count + 1) {}
 
   /// Of point i, itself left out; valid until the next call.
   std::span<const double> distances(std::size_t i) {
-    const std::size_t found = tree_.knnSearch(&coordinates_.x[i].x, index_.size(), index_.data(), square_.data());
+    const std::size_t found = tree_.nearest(x_[i], index_, square_);
     for (std::size_t n = 0; n < found; ++n) square_[n] = std::sqrt(square_[n]);
     return std::span(square_).subspan(1, found - 1);
   }
@@ -40,8 +27,8 @@ class Nearest {
   std::size_t operator[](std::size_t n) const { return index_[n + 1]; }
 
  private:
-  Coordinates coordinates_;
-  Tree tree_;
+  std::span<const Vec3> x_;
+  PointTree tree_;
   std::vector<std::uint32_t> index_;
   std::vector<double> square_;
 };

@@ -3,43 +3,12 @@
 #include <algorithm>
 #include <array>
 #include <limits>
-#include <nanoflann.hpp>
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "cloud/point_tree.hpp"
 
 namespace calor {
-
-class PointTags::Tree {
- public:
-  explicit Tree(const std::vector<Vec3>& x) : coordinates_{x}, tree_(3, coordinates_) {}
-
-  std::size_t nearest(const Vec3& y) const {
-    std::uint32_t index = 0;
-    double square = 0;
-    tree_.knnSearch(&y.x, 1, &index, &square);
-    return index;
-  }
-  /// Fills `index` by ascending distance; returns how many there are.
-  std::size_t nearest(const Vec3& y, std::span<std::uint32_t> index, std::span<double> square) const {
-    return tree_.knnSearch(&y.x, index.size(), index.data(), square.data());
-  }
-
- private:
-  struct Coordinates {
-    const std::vector<Vec3>& x;
-    std::size_t kdtree_get_point_count() const { return x.size(); }
-    double kdtree_get_pt(std::size_t i, std::size_t axis) const { return x[i][static_cast<int>(axis)]; }
-    template <class Box>
-    bool kdtree_get_bbox(Box&) const {
-      return false;
-    }
-  };
-
-  Coordinates coordinates_;
-  nanoflann::KDTreeSingleIndexAdaptor<nanoflann::L2_Simple_Adaptor<double, Coordinates>, Coordinates, 3, std::uint32_t>
-      tree_;
-};
 
 PointTags::PointTags(const Cloud& cloud, std::span<const int> tag) {
   struct Tagged {
@@ -54,7 +23,7 @@ PointTags::PointTags(const Cloud& cloud, std::span<const int> tag) {
   std::vector<Tagged> points;
   for (int i = 0; i < cloud.owned; ++i) points.push_back({cloud.x[i], tag[i]});
   for (const Tagged& p : gather(cloud.comm, points)) x_.push_back(quotient(p.x, size_)), tag_.push_back(p.tag);
-  tree_ = std::make_unique<const Tree>(x_);
+  tree_ = std::make_unique<const PointTree>(x_);
 }
 
 PointTags::~PointTags() = default;

@@ -8,6 +8,8 @@
 
 namespace calor {
 
+class PointTree;
+
 /// A piece of a segment from a to b: it lies around points of one tag and ends at `end`, a fraction of the way.
 struct TagPiece {
   int tag;
@@ -27,7 +29,6 @@ class PointTags {
   Vec3 normal_at(const Vec3& x) const;
 
  private:
-  class Tree;
   struct End {
     std::size_t point;  ///< the nearest one
     double s;
@@ -37,7 +38,7 @@ class PointTags {
   Vec3 size_ = {1, 1, 1};  ///< mean spacing along each axis, m
   std::vector<Vec3> x_;    ///< over size_
   std::vector<int> tag_;
-  std::unique_ptr<const Tree> tree_;
+  std::unique_ptr<const PointTree> tree_;
 };
 
 }  // namespace calor
