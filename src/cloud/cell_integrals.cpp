@@ -291,16 +291,6 @@ std::vector<double> CellIntegrals::values(const Integrand& f) const {
   return value;
 }
 
-std::vector<double> CellIntegrals::shares(const Integrand& indicator) const {
-  const auto is_in = [&](std::span<const Vec3> x, std::span<double> out) {
-    indicator.f(x, out);
-    for (double& value : out) value = value != 0;
-  };
-  std::vector<double> share = over_cells({.f = is_in});
-  for (std::size_t i = 0; i < share.size(); ++i) share[i] = std::min(1.0, share[i] / impl_->cloud.volume[i]);
-  return share;
-}
-
 namespace {
 
 void append(const Places& places, int point, double measure, CellSamples& out) {

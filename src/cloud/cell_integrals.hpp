@@ -26,8 +26,6 @@ class CellIntegrals {
   std::vector<double> over_cells(const Integrand& f) const;
   /// f at every owned point, but its mean over the cell where it jumps in the cell.
   std::vector<double> values(const Integrand& f) const;
-  /// The part of every owned point's cell in which the indicator is not 0, 0 to 1.
-  std::vector<double> shares(const Integrand& indicator) const;
 
   /// Places and weights (m^3, with the sum of the cell's volume) for all owned points, split where f jumps, so that
   /// functions that jump there and are smooth otherwise are integrated, too. Without f.f: for smooth functions.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 
 #include "cloud/lattice.hpp"
 #include "surface/solids.hpp"
@@ -25,22 +26,6 @@ double mean(const std::vector<double>& v) {
   return v.empty() ? 1 : sum / static_cast<double>(v.size());
 }
 
-/// A plane of the surface near a point.
-struct Plane {
-  Vec3 through, normal;
-  bool has_outside(const Vec3& x, double margin = 0) const { return dot(x - through, normal) > margin; }
-};
-
-/// The surface at one of its points. Where the body reaches beyond a plane, as at re-entrant edges, only what lies
-/// beyond all such planes is outside.
-struct WallsOfPoint {
-  std::vector<Plane> planes, reentrant;
-  bool has_outside(const Vec3& x) const {
-    const auto beyond = [&](const Plane& p) { return p.has_outside(x); };
-    return std::ranges::any_of(planes, beyond) || (!reentrant.empty() && std::ranges::all_of(reentrant, beyond));
-  }
-};
-
 // Where contacts end cells, a cell is that of the nearest point on the same side.
 
 const Sides* sides_of(const Cloud& cloud) { return cloud.solids ? cloud.solids->sides() : nullptr; }
@@ -50,15 +35,19 @@ bool is_beside_contact(const Cloud& cloud, int i) {
   return sides && sides->is_beside[i];
 }
 
-/// Of the places from `begin` on.
-void remove_beyond_contacts(const Cloud& cloud, int i, std::size_t begin, std::vector<Vec3>& places) {
+void remove_beyond_contacts(const Cloud& cloud, int i, std::vector<Vec3>& places, SampleCubes& cubes) {
   const Sides& sides = *sides_of(cloud);
-  std::vector<int> part(places.size() - begin);
-  sides.at(std::span(places).subspan(begin), cloud.tag[i], part);
-  std::size_t kept = begin;
-  for (std::size_t n = begin; n < places.size(); ++n)
-    if (!sides.separated[sides.part[i]][part[n - begin]]) places[kept++] = places[n];
-  places.resize(kept);
+  std::vector<int> part(places.size());
+  sides.at(places, cloud.tag[i], part);
+  const SampleCubes all = std::exchange(cubes, {{}, {0}});
+  std::int32_t count = 0;
+  for (std::size_t k = 0; k < all.index.size(); ++k) {
+    for (std::int32_t n = all.begin[k]; n < all.begin[k + 1]; ++n)
+      if (!sides.separated[sides.part[i]][part[n]]) places[count++] = places[n];
+    if (count == cubes.begin.back()) continue;
+    cubes.index.push_back(all.index[k]), cubes.begin.push_back(count);
+  }
+  places.resize(count);
 }
 
 }  // namespace
@@ -81,14 +70,6 @@ double wall_distance(const Cloud& cloud, const Facet& facet) {
   constexpr double least = 0.05;  // of a spacing, for jittered points that all but touch the wall
   return std::max(std::abs(cloud.walls[facet.face] - cloud.x[i][axis]), least * cloud.metric[i][axis]);
 }
-
-struct CellSampler::Near {
-  Vec3 x;
-  double square;  ///< squared distance to the point whose cell it is
-  std::int64_t id;
-  Vec3 area;
-  std::uint32_t on_faces;
-};
 
 CellSampler::CellSampler(const Cloud& cloud)
     : cloud_(cloud), cells_(cloud.x, mean(cloud.spacing)), order_(order_by_cells(cells_, cloud.x)) {
@@ -137,7 +118,10 @@ void CellSampler::add(int i, CellSamples& out) const {
   if (cloud_.lattice) {
     add_boxes(i, 1, out.x);
   } else {
-    add_nearest(i, 1, out.x);
+    std::vector<Vec3> places;
+    SampleCubes cubes;
+    of(i, 1, places, cubes);
+    out.x.insert(out.x.end(), places.begin(), places.end());
   }
   const std::int64_t begin = out.row.back(), count = static_cast<std::int64_t>(out.x.size()) - begin;
   for (const double share : weights_of(cloud_, std::span(out.x).subspan(begin)))
@@ -146,8 +130,9 @@ void CellSampler::add(int i, CellSamples& out) const {
 }
 
 void CellSampler::of(int i, int finer, std::vector<Vec3>& out) const {
+  SampleCubes cubes;
   out.clear();
-  cloud_.lattice ? add_boxes(i, finer, out) : add_nearest(i, finer, out);
+  cloud_.lattice ? add_boxes(i, finer, out) : of(i, finer, out, cubes);
 }
 
 void CellSampler::add_boxes(int i, int finer, std::vector<Vec3>& out) const {
@@ -168,8 +153,8 @@ void CellSampler::add_boxes(int i, int finer, std::vector<Vec3>& out) const {
 }
 
 /// Nearest first, so that most places outside the cell are told by the first few.
-std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
-  std::vector<Near> near;
+std::vector<Rival> CellSampler::rivals(int i) const {
+  std::vector<Rival> near;
   const Sides* sides = sides_of(cloud_);
   const Vec3& x = cloud_.x[i];
   const double d = cloud_.spacing[i];
@@ -179,78 +164,34 @@ std::vector<CellSampler::Near> CellSampler::rivals(int i) const {
     if (j != i && square <= limit * limit && !(sides && sides->separate(i, j)) && cloud_.sees(i, j))
       near.push_back({cloud_.x[j], square, cloud_.id[j], cloud_.area[j], cloud_.on_faces[j]});
   });
-  std::ranges::sort(
-      near, [](const Near& a, const Near& b) { return a.square < b.square || (a.square == b.square && a.id < b.id); });
+  std::ranges::sort(near, [](const Rival& a, const Rival& b) {
+    return a.square < b.square || (a.square == b.square && a.id < b.id);
+  });
   return near;
 }
 
-void CellSampler::add_nearest(int i, int finer, std::vector<Vec3>& out) const {
-  const int D = cloud_.dimension;
-  const Vec3& x = cloud_.x[i];
-  const double d = cloud_.spacing[i];
-  const std::vector<Near> near = rivals(i);
-  const bool beside_contact = is_beside_contact(cloud_, i);
-  const double farthest = beside_contact ? farthest_at_contacts : calor::farthest;
+double CellSampler::farthest_in_cell(int i) const {
+  return is_beside_contact(cloud_, i) ? farthest_at_contacts : farthest;
+}
 
-  WallsOfPoint own;
-  for (int n = patches_of_[i]; n < patches_of_[i + 1]; ++n) {
-    const Facet& facet = cloud_.facets[n];
-    const double away = wall_distance(cloud_, facet);
-    const Plane plane{x + away * facet.normal, facet.normal};
-    const bool reentrant = std::ranges::any_of(
-        near, [&](const Near& j) { return j.square < 4 * d * d && plane.has_outside(j.x, 0.25 * d); });
-    (reentrant ? own.reentrant : own.planes).push_back(plane);
-  }
-  const bool on_wall = patches_of_[i] < patches_of_[i + 1];
-  // The cell of a point near a wall may stick out between the points of the wall.
-  const auto beyond_near_wall = [&](const Vec3& p) {
-    const Near* wall = nullptr;
-    double square = 0;
-    for (const Near& j : near) {
-      if (j.area == Vec3{}) continue;
-      const double s = dot(j.x - p, j.x - p);
-      if (!wall || s < square) wall = &j, square = s;
-    }
-    return wall && Plane{wall->x, wall->area}.has_outside(p);
-  };
-  const bool near_wall = cloud_.points_on_walls && !on_wall &&
-                         std::ranges::any_of(near, [](const Near& j) { return !(j.area == Vec3{}); });
-
-  const std::size_t begin = out.size();
-  for (int level = 0, n = finer * per_spacing(D); level < most_refinements && out.size() - begin < least_samples;
+void CellSampler::of(int i, int finer, std::vector<Vec3>& out, SampleCubes& cubes) const {
+  const std::vector<Rival> near = rivals(i);
+  const auto first = cloud_.facets.begin();
+  NearestCell cell(cloud_, i, {first + patches_of_[i], first + patches_of_[i + 1]}, near, farthest_in_cell(i));
+  out.clear();
+  for (int level = 0, n = finer * per_spacing(cloud_.dimension); level < most_refinements && out.size() < least_samples;
        ++level, n *= 2) {
-    out.resize(begin);
-    const int half = static_cast<int>(std::ceil(farthest * n));  // sub-cells on either side of the point
-    std::int64_t place = 0;
-    for (int sz = D > 2 ? -half : 0; sz < (D > 2 ? half : 1); ++sz) {
-      for (int sy = D > 1 ? -half : 0; sy < (D > 1 ? half : 1); ++sy) {
-        for (int sx = -half; sx < half; ++sx, ++place) {
-          const Vec3 u = hashed_uniform(level, (static_cast<std::uint64_t>(cloud_.id[i]) << 24) + place);
-          Vec3 p = x;
-          const std::array<int, 3> sub = {sx, sy, sz};
-          for (int a = 0; a < D; ++a) p[a] += (sub[a] + u[a]) * d / n;
-          const double square = dot(p - x, p - x);
-          if (square > farthest * farthest * d * d || (cloud_.axisymmetric && p.x <= 0)) continue;
-          bool nearest = true;
-          for (auto j = near.begin(); nearest && j != near.end() && j->square < 4 * square; ++j)
-            nearest = dot(p - j->x, p - j->x) >= square;
-          if (!nearest) continue;
-          const bool is_outside =
-              cloud_.body ? !cloud_.is_seen_from(p, i) : own.has_outside(p) || (near_wall && beyond_near_wall(p));
-          if (!is_outside) out.push_back(p);
-        }
-      }
-    }
-    if (beside_contact) remove_beyond_contacts(cloud_, i, begin, out);
+    cell.sample(level, n, finer, out, cubes);
+    if (is_beside_contact(cloud_, i)) remove_beyond_contacts(cloud_, i, out, cubes);
   }
-  if (out.size() == begin) out.push_back(x);
+  if (out.empty()) out.push_back(cloud_.x[i]), cubes = {{{0, 0, 0}}, {0, 1}};
 }
 
 void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
   const Facet& facet = cloud_.facets[n];
   out.clear();
   double nearest = 0;
-  for (const Near& j : rivals(facet.point)) {
+  for (const Rival& j : rivals(facet.point)) {
     if (!(j.on_faces >> facet.face & 1)) continue;
     if (out.empty()) nearest = j.square;
     if (j.square <= 2.5 * nearest) out.push_back(j.x);
@@ -264,7 +205,7 @@ std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
   std::array<double, 2> reach = {};  // towards either side, half way to the neighbour there
   std::array<Vec3, 2> way = {-along, along};
   for (const int side : {0, 1}) {
-    for (const Near& j : rivals(facet.point)) {
+    for (const Rival& j : rivals(facet.point)) {
       const Vec3 r = j.x - cloud_.x[facet.point];
       if (!(j.on_faces >> facet.face & 1) || dot(r, way[side]) < 0.5 * std::sqrt(j.square)) continue;
       reach[side] = 0.5 * std::sqrt(j.square);
@@ -290,7 +231,7 @@ void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
   u *= 1 / norm(u);
   const Vec3 v = cross(facet.normal, u);
   std::vector<Vec3> same;  // to the neighbours on the face, in its plane
-  for (const Near& j : rivals(i)) {
+  for (const Rival& j : rivals(i)) {
     const Vec3 r = j.x - x;
     if (j.on_faces >> facet.face & 1) same.push_back(r - dot(r, facet.normal) * facet.normal);
   }
@@ -311,7 +252,10 @@ void CellSampler::of_facet(int n, int finer, std::vector<Vec3>& out) const {
       if (nearest && !is_beyond) out.push_back(x + away + p);
     }
   }
-  if (is_beside_contact(cloud_, i)) remove_beyond_contacts(cloud_, i, 0, out);
+  if (is_beside_contact(cloud_, i)) {
+    SampleCubes all{{{}}, {0, static_cast<std::int32_t>(out.size())}};
+    remove_beyond_contacts(cloud_, i, out, all);
+  }
   if (out.empty()) out.push_back(x + away);
 }
 

@@ -8,6 +8,7 @@
 
 #include "cloud/cells.hpp"
 #include "cloud/cloud.hpp"
+#include "cloud/nearest_cell.hpp"
 
 namespace calor {
 
@@ -45,6 +46,10 @@ class CellSampler {
   /// Places spread evenly over the cell of owned point i, `finer` times as many along every axis; replaces what `out`
   /// held.
   void of(int i, int finer, std::vector<Vec3>& out) const;
+  /// The same on a cloud that is no lattice, by cubes that have one place of `of(i, 1)` each.
+  void of(int i, int finer, std::vector<Vec3>& out, SampleCubes& cubes) const;
+  /// No part of the cell of owned point i is farther from it than this many spacings, on a cloud that is no lattice.
+  double farthest_in_cell(int i) const;
   /// Places spread evenly over the facet Cloud::facets[n] of a cloud of three dimensions, in its tangential plane.
   void of_facet(int n, int finer, std::vector<Vec3>& out) const;
   /// The nearest other points on the face of a facet.
@@ -54,12 +59,9 @@ class CellSampler {
   std::array<Vec3, 3> ends_of_facet(int n) const;
 
  private:
-  struct Near;  // a point that may be nearer to a sample
-
   void add(int i, CellSamples& out) const;
   void add_boxes(int i, int finer, std::vector<Vec3>& out) const;
-  void add_nearest(int i, int finer, std::vector<Vec3>& out) const;
-  std::vector<Near> rivals(int i) const;
+  std::vector<Rival> rivals(int i) const;
   template <class Visit>
   void visit_within(const Vec3& centre, double radius, const Visit& visit) const;
 

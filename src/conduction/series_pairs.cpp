@@ -55,30 +55,31 @@ class SeriesPairs::Builder {
 
   void add_along_lines(std::span<const CrackBond> bonds) {
     std::vector<Parts::Segment> segments;
+    std::vector<std::size_t> may_run_along;  // an interface, as both ends lie on one
     std::vector<Vec3> middle;
     std::vector<int> tags;
     std::vector<double> size;
     for (const Candidate& c : candidates_) {
       segments.push_back(
           {cloud_.x[c.a], cloud_.x[c.b], cloud_.tag[c.a], cloud_.tag[c.b], spacings_between(cloud_, c.a, c.b)});
+      if (points_.count_of_parts(c.a) < 2 || points_.count_of_parts(c.b) < 2) continue;
+      may_run_along.push_back(segments.size() - 1);
       middle.push_back(0.5 * (cloud_.x[c.a] + cloud_.x[c.b]));
       tags.push_back(cloud_.tag[c.a]);
       size.push_back(0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]));
     }
     const Parts::Pieces pieces = parts_.along(segments);
     std::vector<std::vector<std::pair<int, double>>> shares(candidates_.size());  // of the parts, where it runs between
-    if (parts_.count() > 1) {
-      const auto of_part = parts_.shares(middle, tags, size);
-      for (int part = 0; part < parts_.count(); ++part)
-        for (std::size_t n = 0; n < of_part[part].place.size(); ++n)
-          shares[of_part[part].place[n]].emplace_back(part, of_part[part].share[n]);
-    }
+    const auto of_part = parts_.shares(middle, tags, size);
+    for (int part = 0; part < parts_.count(); ++part)
+      for (std::size_t n = 0; n < of_part[part].place.size(); ++n)
+        shares[may_run_along[of_part[part].place[n]]].emplace_back(part, of_part[part].share[n]);
     for (std::size_t n = 0; n < candidates_.size(); ++n) {
       const Candidate& c = candidates_[n];
       if (c.may_be_inside && (pieces.of(n).size() == 1 || goes_around(c, segments[n], pieces.of(n)))) continue;
       const double G = G_[c.entry];
       remove_weights(c);
-      if (shares[n].size() > 1 && points_.count_of_parts(c.a) > 1 && points_.count_of_parts(c.b) > 1)
+      if (shares[n].size() > 1)
         for (const auto& [part, share] : shares[n]) split_by_cracks(c, bonds, along_interface(c, part, share * G));
       else
         split_by_cracks(c, bonds, across(c, segments[n], pieces.of(n), G));

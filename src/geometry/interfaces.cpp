@@ -6,7 +6,6 @@
 
 #include "geometry/parts.hpp"
 #include "geometry/point_tags.hpp"
-#include "surface/solids.hpp"
 
 namespace calor {
 
@@ -15,26 +14,55 @@ std::vector<TagPiece> Parts::tags_along(const Segment& segment) const {
   return {{segment.tag_a, 0.5}, {segment.tag_b, 1}};
 }
 
-std::vector<double> Parts::samples(const Segment& segment, std::span<const TagPiece> tags) const {
-  const int equal_parts = 8 * segment.spacings;  // thinner regions than that are not seen
-  std::vector<double> s = {0, 1};
+/// Where a segment meets interfaces that are known, sorted.
+std::vector<double> Parts::crossings(const Segment& segment) const {
+  std::vector<double> at;
+  if (knows_interfaces() && !regions_.empty()) at = cloud_.solids->crossings(segment.a, segment.b);
   const int axis = layers_.axis;
-  if (axis >= 0 && segment.a[axis] != segment.b[axis]) {  // layers of any thickness are
-    std::vector<double> ends = {0, 1};
+  if (axis >= 0 && segment.a[axis] != segment.b[axis]) {
     for (std::size_t n = 0; n + 1 < layers_.top.size(); ++n) {
       const double plane = layers_.start + layers_.top[n];
-      const double at = (plane - segment.a[axis]) / (segment.b[axis] - segment.a[axis]);
-      if (at > 0 && at < 1) ends.push_back(at);
+      const double s = (plane - segment.a[axis]) / (segment.b[axis] - segment.a[axis]);
+      if (s > 0 && s < 1) at.push_back(s);
     }
-    std::ranges::sort(ends);
-    for (std::size_t n = 0; n + 1 < ends.size(); ++n) s.push_back(0.5 * (ends[n] + ends[n + 1]));
   }
-  if (may_be_thin())
+  std::ranges::sort(at);
+  return at;
+}
+
+/// Places that tell the parts along a segment: its ends, and between its crossings; of interfaces that are not known
+/// those that are wider than an eighth of a spacing are found.
+std::vector<double> Parts::samples(const Segment& segment, std::span<const TagPiece> tags,
+                                   std::span<const double> crossings) const {
+  std::vector<double> s = {0, 1};
+  const auto add_middle = [&](double begin, double end) { s.push_back(0.5 * (begin + end)); };
+  for (std::size_t n = 0; n <= crossings.size(); ++n)
+    add_middle(n == 0 ? 0 : crossings[n - 1], n < crossings.size() ? crossings[n] : 1);
+  if (may_be_thin() && !knows_interfaces()) {
+    const int equal_parts = 8 * segment.spacings;
     for (int n = 0; n < equal_parts; ++n) s.push_back((n + 0.5) / equal_parts);
+  }
   if (point_tags_)
-    for (double begin = 0; const TagPiece& piece : tags) s.push_back(0.5 * (begin + piece.end)), begin = piece.end;
+    for (double begin = 0; const TagPiece& piece : tags) add_middle(begin, piece.end), begin = piece.end;
   std::ranges::sort(s);
   return s;
+}
+
+/// The only known crossing of a segment between two of its places, or its end that lies on an interface.
+std::optional<double> Parts::only_crossing(const Segment& segment, std::span<const double> crossings, double low,
+                                           double high) const {
+  constexpr double on = 1e-9;  // of the segment
+  if (!knows_interfaces()) return std::nullopt;
+  const auto first = std::ranges::lower_bound(crossings, low), end = std::ranges::upper_bound(crossings, high);
+  if (end - first == 1) return *first;
+  const Vec3 way = segment.b - segment.a;
+  const auto is_on = [&](const Vec3& x) {
+    return has_plane_between(x - on * way, x + on * way) ||
+           (!regions_.empty() && cloud_.solids->interface_at(x, on * norm(way)));
+  };
+  if (first == end && low == 0 && is_on(segment.a)) return 0;
+  if (first == end && high == 1 && is_on(segment.b)) return 1;
+  return std::nullopt;
 }
 
 Parts::Pieces Parts::along(std::span<const Segment> segments) const {
@@ -52,10 +80,13 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
     x.push_back(s == 1 ? g.b : g.a + s * (g.b - g.a));
     tags.push_back(std::ranges::find_if(tags_of[segment], [&](const TagPiece& p) { return s <= p.end; })->tag);
   };
-  std::vector<std::vector<double>> places;
+  std::vector<std::vector<double>> places, known;
   for (std::size_t g = 0; g < segments.size(); ++g) {
+    const Vec3 half = 0.5 * (segments[g].b - segments[g].a);
     tags_of.push_back(tags_along(segments[g]));
-    places.push_back(samples(segments[g], tags_of.back()));
+    const bool is_whole = is_one_around(segments[g].a + half, norm(half));
+    known.push_back(is_whole ? std::vector<double>() : crossings(segments[g]));
+    places.push_back(is_whole ? std::vector<double>{1} : samples(segments[g], tags_of.back(), known.back()));
     for (const double s : places.back()) ask(g, s);
   }
   part.resize(x.size());
@@ -67,6 +98,12 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
   std::vector<int> last;
   for (std::size_t g = 0, n = 0; g < segments.size(); ++g) n += places[g].size(), last.push_back(part[n - 1]);
 
+  std::vector<Change> exact;  // where a known interface alone can be what is looked for
+  std::erase_if(changes, [&](const Change& c) {
+    const std::optional<double> at = only_crossing(segments[c.segment], known[c.segment], c.low, c.high);
+    if (at) exact.push_back({c.segment, *at, *at, c.part_low, c.part_high});
+    return at.has_value();
+  });
   for (int halving = 0; halving < 52 && !changes.empty(); ++halving) {
     x.clear(), tags.clear();
     for (const Change& c : changes) ask(c.segment, 0.5 * (c.low + c.high));
@@ -84,6 +121,7 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
       if (part[n] != rest.part_high) changes.push_back(rest);  // a third part lies between (invalidates c)
     }
   }
+  changes.insert(changes.end(), exact.begin(), exact.end());
   std::ranges::stable_sort(changes, [](const Change& a, const Change& b) {
     return std::pair(a.segment, a.low) < std::pair(b.segment, b.low);
   });

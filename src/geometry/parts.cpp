@@ -8,37 +8,9 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "cloud/cell_integrals.hpp"
-#include "cloud/lattice.hpp"
 #include "geometry/point_tags.hpp"
-#include "surface/body.hpp"
-#include "surface/solids.hpp"
 
 namespace calor {
-namespace {
-
-/// How far from a place its surroundings are looked at, over the size of what is around it.
-constexpr double nearby = 1e-6;
-/// Shares of a cell that are smaller than this are round-off.
-constexpr double shortest = 1e-9;
-
-/// Is it known where every tag begins and ends?
-bool knows_solids(const Cloud& cloud) { return cloud.solids && cloud.solids->exist(); }
-
-/// Places around the origin, one in every quadrant or octant; no two in line with a plane that is likely to be asked
-/// for.
-std::vector<Vec3> surroundings(int dimension) {
-  std::vector<Vec3> places;
-  for (int q = 0; q < 1 << dimension; ++q) {
-    Vec3 place;
-    constexpr double size[] = {1, 0.83, 0.69};
-    for (int a = 0; a < dimension; ++a) place[a] = (q >> a & 1 ? 1 : -1) * size[a];
-    places.push_back(place);
-  }
-  return places;
-}
-
-}  // namespace
 
 Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material) : cloud_(cloud) {
   const Table body = c.section("body");
@@ -57,7 +29,7 @@ Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material
   }
   for (const Table& region : regions) read_region(c, region);
   const bool by_tag = std::ranges::any_of(regions_, [](const Region& r) { return !r.where; });
-  if (by_tag && !knows_solids(cloud)) {
+  if (by_tag && !knows_solids()) {
     std::vector<int> tag = cloud.tag;
     for (int& t : tag)
       if (!std::ranges::count(regions_, t, &Region::tag)) t = -1;  // no interface between them
@@ -192,6 +164,12 @@ const Function* Parts::contact(int part, int other) const {
 }
 
 void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const {
+  std::vector<Solids::Known> known;
+  find(x, tag, part, known);
+}
+
+void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part,
+                 std::vector<Solids::Known>& known) const {
   for (std::size_t i = 0; i < x.size(); ++i) {
     part[i] = rest_;
     if (layers_.axis < 0) continue;
@@ -200,9 +178,9 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
     part[i] = static_cast<int>(std::min<std::ptrdiff_t>(layer, std::ssize(layers_.top) - 1));
   }
   std::vector<int> of_solids;
-  if (knows_solids(cloud_) && std::ranges::any_of(regions_, [](const Region& r) { return !r.where; })) {
+  if (knows_solids() && std::ranges::any_of(regions_, [](const Region& r) { return !r.where; })) {
     of_solids.resize(x.size());
-    cloud_.solids->tags_at(x, of_solids);
+    cloud_.solids->tags_at(x, of_solids, known);
     for (std::size_t i = 0; i < x.size(); ++i)
       if (of_solids[i] < 0) of_solids[i] = tag[i];
   }
@@ -225,100 +203,6 @@ std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) co
                   fmt::format("no region holds the point at ({:.6g}, {:.6g}, {:.6g}) m", x[i].x, x[i].y, x[i].z),
                   "give [body] a material for the points that no region takes");
   return part;
-}
-
-bool Parts::is_inside(const Vec3& x) const {
-  if (cloud_.body) return cloud_.body->tree().is_inside(x);
-  if (knows_solids(cloud_)) return cloud_.solids->tag_at(x) >= 0;
-  for (std::size_t f = 0; f < cloud_.walls.size(); ++f) {
-    const double off = x[static_cast<int>(f / 2)] - cloud_.walls[f];
-    if (f % 2 == 0 ? off < 0 : off > 0) return false;
-  }
-  return true;
-}
-
-std::vector<PlacesOfPart> Parts::shares(std::span<const Vec3> x, std::span<const int> tag,
-                                        std::span<const double> size) const {
-  std::vector<PlacesOfPart> shares(count());
-  const std::vector<Vec3> offsets = surroundings(cloud_.dimension);
-  std::vector<int> own = at(x, tag), part(x.size());
-  std::vector<double> share(x.size() * count()), inside(x.size());
-  std::vector<Vec3> moved(x.begin(), x.end());
-  for (const Vec3& offset : offsets) {
-    if (count() == 1) break;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      moved[i] = x[i] + nearby * size[i] * offset;
-      if (!is_inside(moved[i])) moved[i] = x[i];
-    }
-    find(moved, tag, part);
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      if (moved[i] == x[i] || part[i] < 0 || contact(part[i], own[i])) continue;
-      share[i * count() + part[i]] += 1, inside[i] += 1;
-    }
-  }
-  for (std::size_t i = 0; i < x.size(); ++i) {
-    for (int p = 0; p < count(); ++p) {
-      const double s = inside[i] > 0 ? share[i * count() + p] / inside[i] : p == own[i] ? 1.0 : 0.0;
-      if (s == 0) continue;
-      shares[p].place.push_back(static_cast<int>(i));
-      shares[p].share.push_back(s);
-    }
-  }
-  return shares;
-}
-
-std::vector<std::vector<double>> Parts::shares_of_lattice_cells() const {
-  std::vector<std::vector<double>> share(count(), std::vector<double>(cloud_.owned));
-  for (int i = 0; i < cloud_.owned; ++i) {
-    const auto [low, high] = cloud_.lattice->cell(layers_.axis, cloud_.lattice->index(cloud_.id[i])[layers_.axis]);
-    double begin = low;
-    for (std::size_t layer = 0; layer < layers_.top.size(); ++layer) {
-      const bool is_last = layer + 1 == layers_.top.size();
-      const double end = is_last ? high : std::clamp(layers_.start + layers_.top[layer], begin, high);
-      share[layer][i] = (end - begin) / (high - low);
-      begin = end;
-    }
-  }
-  return share;
-}
-
-std::vector<std::vector<double>> Parts::shares_of_cells() const {
-  std::vector<std::vector<double>> share;
-  const CellIntegrals cells(cloud_);
-  std::vector<int> part;
-  for (int p = 0; p < count(); ++p)
-    share.push_back(cells.shares({.f = [&](std::span<const Vec3> x, std::span<double> out) {
-      part.resize(x.size());
-      find(x, std::vector<int>(x.size(), -1), part);
-      for (std::size_t n = 0; n < x.size(); ++n) out[n] = part[n] == p;
-    }}));
-  // Regions by tag take whole cells where the points alone know of them.
-  for (const Region& region : regions_)
-    for (int i = 0; i < cloud_.owned && !region.where && !knows_solids(cloud_); ++i)
-      for (int p = 0; p < count() && cloud_.tag[i] == region.tag; ++p) share[p][i] = p == region.part;
-  return share;
-}
-
-std::vector<PlacesOfPart> Parts::cell_shares() const {
-  std::vector<PlacesOfPart> shares(count());
-  const auto add = [&](int part, int i, double share) {
-    shares[part].place.push_back(i), shares[part].share.push_back(share);
-  };
-  const std::vector<int> own = at(cloud_.x, cloud_.tag);
-  std::vector<std::vector<double>> share;
-  if (count() > 1) share = cloud_.lattice && regions_.empty() ? shares_of_lattice_cells() : shares_of_cells();
-  for (int i = 0; i < cloud_.local(); ++i) {
-    double whole = 0;
-    for (int p = 0; p < count() && count() > 1 && i < cloud_.owned; ++p)
-      whole += share[p][i] > shortest ? share[p][i] : 0;
-    if (whole == 0) {  // only the cells of owned points are known
-      add(own[i], i, 1);
-      continue;
-    }
-    for (int p = 0; p < count(); ++p)
-      if (share[p][i] > shortest) add(p, i, share[p][i] / whole);
-  }
-  return shares;
 }
 
 void declare_parts(Schema& schema) {

@@ -14,6 +14,7 @@
 #include "base/function.hpp"
 #include "case/case.hpp"
 #include "cloud/cloud.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 
@@ -62,7 +63,8 @@ class Parts {
   /// inside the body that it fills. `size`: of what is around every place, m. Places at contacts belong to one side.
   std::vector<PlacesOfPart> shares(std::span<const Vec3> x, std::span<const int> tag,
                                    std::span<const double> size) const;
-  /// The share of every part in the cells of all local points of the cloud.
+  /// The share of every part in the cells of all local points of the cloud. Takes long: see
+  /// MaterialField::cell_shares.
   std::vector<PlacesOfPart> cell_shares() const;
 
   /// Segments between places a and b, b - a of each and the points' tags.
@@ -84,6 +86,8 @@ class Parts {
   Pieces along(std::span<const Segment> segments) const;
   /// Does the place lie in the body? True where its walls are not known.
   bool is_inside(const Vec3& x) const;
+  /// Does one part alone, surely, lie within `radius` (m) of a place? Not known of regions by formulas or points.
+  bool is_one_around(const Vec3& x, double radius) const;
   /// Does a plane between layers lie between two places, or in one of them?
   bool has_plane_between(const Vec3& a, const Vec3& b) const;
   /// The surface between two parts next to a place on it.
@@ -108,6 +112,11 @@ class Parts {
     std::optional<Function> where = {};
   };
 
+  /// Is it known where every tag begins and ends?
+  bool knows_solids() const;
+  bool has_wall_within(const Vec3& x, double distance) const;
+  /// Is every interface a plane of layers or a surface between solids?
+  bool knows_interfaces() const;
   void read_layers(const Table& body);
   Vec3 normal_of_region(const Vec3& x, const Vec3& along, int tag, double size) const;
   void read_region(const Case& c, const Table& table);
@@ -115,8 +124,14 @@ class Parts {
   std::vector<int> parts_called(const std::string& name, const Table& contact) const;
   int add(const Table& table);
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
+  void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part,
+            std::vector<Solids::Known>& known) const;
   std::vector<TagPiece> tags_along(const Segment& segment) const;
-  std::vector<double> samples(const Segment& segment, std::span<const TagPiece> tags) const;
+  std::vector<double> crossings(const Segment& segment) const;
+  std::optional<double> only_crossing(const Segment& segment, std::span<const double> crossings, double low,
+                                      double high) const;
+  std::vector<double> samples(const Segment& segment, std::span<const TagPiece> tags,
+                              std::span<const double> crossings) const;
   // Of every part, in the cells of the owned points.
   std::vector<std::vector<double>> shares_of_lattice_cells() const;
   std::vector<std::vector<double>> shares_of_cells() const;

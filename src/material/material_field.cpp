@@ -70,6 +70,7 @@ bool all_from(double least, std::span<const double> values) {
 struct MaterialField::Impl {
   MPI_Comm comm;
   std::shared_ptr<const Parts> parts;
+  std::vector<PlacesOfPart> cell_shares;
   TemperatureRange range;
   std::span<const Vec3> x;
   std::vector<Region> regions;  // one a part; those without places here have none in their lists
@@ -192,12 +193,12 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
     layered |= m.conductivity_is_layered();
     of_T_alone &= m.conductivity_of_T_alone();
   }
-  std::vector<PlacesOfPart> at_point, in_cell;
+  std::vector<PlacesOfPart> at_point;
   collective_try(cloud.comm, [&] {
     at_point = p.parts->shares(cloud.x, cloud.tag, cloud.spacing);
-    in_cell = p.parts->cell_shares();
+    p.cell_shares = p.parts->cell_shares();
   });
-  p.bind(at_point, in_cell);
+  p.bind(at_point, p.cell_shares);
   p.refuse_without_conduction(cloud.comm);
   const std::string mean = body.text("conductivity_mean");
   const bool one_of_T = p.regions.size() == 1 && of_T_alone;
@@ -238,6 +239,7 @@ MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x,
 }
 
 const Parts& MaterialField::parts() const { return *impl_->parts; }
+const std::vector<PlacesOfPart>& MaterialField::cell_shares() const { return impl_->cell_shares; }
 Mean MaterialField::mean() const { return impl_->mean; }
 const Anisotropy* MaterialField::anisotropy(int part) const { return impl_->regions[part].material->anisotropy(); }
 bool MaterialField::is_isotropic() const {

@@ -34,6 +34,8 @@ class MaterialField {
   ~MaterialField();
 
   const Parts& parts() const;
+  /// Of the body itself: see Parts::cell_shares.
+  const std::vector<PlacesOfPart>& cell_shares() const;
   /// How pairs inside a part share k: as the case asks for, otherwise integral for one material with k(T), harmonic
   /// where k is given in layers, arithmetic for the rest.
   Mean mean() const;

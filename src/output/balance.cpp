@@ -26,7 +26,7 @@ void Balance::keep(Zone zone) {
 void Balance::add_materials() {
   const Cloud& cloud = system_.cloud();
   const Parts& parts = system_.material().parts();
-  const std::vector<PlacesOfPart> shares = parts.cell_shares();
+  const std::vector<PlacesOfPart>& shares = system_.material().cell_shares();
   std::map<std::string, std::map<int, double>> share_of_point;  // layers of one material are one
   for (int part = 0; part < parts.count(); ++part)
     for (std::size_t n = 0; n < shares[part].place.size(); ++n)

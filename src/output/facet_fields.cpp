@@ -9,7 +9,7 @@ Label part_of_points(const HeatSystem& system) {
   const int owned = system.cloud().owned;
   Label label{"part", {}, std::vector<std::int64_t>(owned)};
   std::vector<double> most(owned);
-  const std::vector<PlacesOfPart> shares = parts.cell_shares();
+  const std::vector<PlacesOfPart>& shares = system.material().cell_shares();
   for (int part = 0; part < parts.count(); ++part) {
     label.called.push_back(parts[part].material);
     const auto& [place, share] = shares[part];

@@ -80,4 +80,12 @@ inline bool segment_crossed(const Vec3& a, const Vec3& b, const Vec3& from, cons
   return (sa >= -roundoff && sb <= roundoff) || (sa <= roundoff && sb >= -roundoff);
 }
 
+/// Part of the way at which a segment goes through a facet that it crosses.
+inline double crossing_of(const Corners& corners, int dimension, const Vec3& from, const Vec3& to) {
+  const Vec3 ab = corners[1] - corners[0];
+  const Vec3 normal = dimension == 2 ? Vec3{ab.y, -ab.x, 0} : cross(ab, corners[2] - corners[0]);
+  const double before = dot(normal, from - corners[0]), behind = dot(normal, to - corners[0]);
+  return before / (before - behind);
+}
+
 }  // namespace calor

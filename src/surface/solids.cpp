@@ -82,24 +82,33 @@ int Solids::tag_at(const Vec3& x) const {
   return s < 0 ? -1 : solids_[s]->tag;
 }
 
-void Solids::tags_at(std::span<const Vec3> x, std::span<int> tags) const {
-  // From a place that is known to lie in a solid, a way that crosses no wall of it costs a tenth of a winding number.
-  std::vector<std::optional<Vec3>> known(solids_.size());
+/// The solid that surely holds the place, by what is known of others; -1: not known.
+int Solids::find_from(const Vec3& x, std::vector<Known>& known) const {
+  for (std::size_t s = 0; s < solids_.size(); ++s)
+    if (known[s].clearance > norm(x - known[s].x)) return static_cast<int>(s);
+  // A way that crosses no wall costs a tenth of a winding number.
+  for (std::size_t s = 0; s < solids_.size(); ++s) {
+    const Solid& solid = *solids_[s];
+    if (known[s].clearance < 0 || solid.tree.is_crossed(known[s].x, x)) continue;
+    const double bound = solid.on + 2 * norm(x - known[s].x);
+    const auto near = solid.tree.closest(x, bound);
+    if (near && near->distance <= solid.on) continue;
+    known[s] = {x, near ? near->distance : bound};
+    return static_cast<int>(s);
+  }
+  return -1;
+}
+
+void Solids::tags_at(std::span<const Vec3> x, std::span<int> tags, std::vector<Known>& known) const {
+  known.resize(solids_.size());
   for (std::size_t n = 0; n < x.size(); ++n) {
-    int found = -1;
-    for (std::size_t s = 0; s < solids_.size() && found < 0; ++s) {
-      const Solid& solid = *solids_[s];
-      if (known[s] && !solid.tree.is_crossed(*known[s], x[n]) && !solid.tree.closest(x[n], solid.on))
-        found = static_cast<int>(s);
+    int solid = find_from(x[n], known);
+    if (solid < 0) {
+      const Found found = find(x[n]);
+      solid = found.solid;
+      if (found.is_inside) known[solid] = {x[n], 0};
     }
-    if (found < 0) {
-      const Found here = find(x[n]);
-      tags[n] = here.solid < 0 ? -1 : solids_[here.solid]->tag;
-      if (here.is_inside) found = here.solid;
-    }
-    if (found < 0) continue;
-    known[found] = x[n];
-    tags[n] = solids_[found]->tag;
+    tags[n] = solid < 0 ? -1 : solids_[solid]->tag;
   }
 }
 

@@ -27,8 +27,13 @@ class Solids {
 
   /// Tag of the solid that holds the place; of those that meet there the first one. -1: it lies outside.
   int tag_at(const Vec3& x) const;
-  /// The same for many places. Fast where each lies near the one before.
-  void tags_at(std::span<const Vec3> x, std::span<int> tags) const;
+  /// What is known from the places asked for before: of every solid one inside, and how far it is from the surface.
+  struct Known {
+    Vec3 x;
+    double clearance = -1;  ///< m; < 0: nothing is known
+  };
+  /// The same for many places. Fast where each lies near one before.
+  void tags_at(std::span<const Vec3> x, std::span<int> tags, std::vector<Known>& known) const;
   /// A smooth piece of the interfaces between two solids, and its unit normal next to a place.
   struct Interface {
     int piece;
@@ -36,6 +41,10 @@ class Solids {
   };
   /// Next to the place, none where it is farther than `bound` (m).
   std::optional<Interface> interface_at(const Vec3& x, double bound) const;
+  /// The parts of the way from a to b at which it crosses interfaces, in any order.
+  std::vector<double> crossings(const Vec3& a, const Vec3& b) const {
+    return interfaces_ ? interfaces_->tree.crossings(a, b) : std::vector<double>();
+  }
   /// Areas of the pieces that are curved, 0 for the plane ones, m^(dimension - 1).
   std::span<const double> curved_areas() const {
     return interfaces_ ? std::span<const double>(interfaces_->curved_areas) : std::span<const double>();
@@ -65,6 +74,7 @@ class Solids {
     explicit Interfaces(Surface s);
   };
   Found find(const Vec3& x) const;
+  int find_from(const Vec3& x, std::vector<Known>& known) const;
   void find_pieces(Interfaces& interfaces) const;
 
   std::vector<std::shared_ptr<const Solid>> solids_;

@@ -147,14 +147,28 @@ class SurfaceTree::Impl {
     return Closest{facet, place, std::sqrt(least)};
   }
 
-  bool is_crossed(const Vec3& a, const Vec3& b) const {
+  /// Whether `finds` (of a facet by its place in the leaves) holds of a facet that the segment crosses.
+  template <class Finds>
+  bool any_crossed(const Vec3& a, const Vec3& b, const Finds& finds) const {
     const Vec3 middle = 0.5 * (a + b), along = 0.5 * (b - a);
     const Vec3 reach{std::abs(along.x), std::abs(along.y), std::abs(along.z)};
     return any_facet([&](const Box& box) { return box.meets(middle, along, reach); },
                      [&](std::int32_t k) {
                        const Corners& c = corners_[k];
-                       return dimension_ == 2 ? segment_crossed(c[0], c[1], a, b) : triangle_crossed(c, a, b);
+                       return (dimension_ == 2 ? segment_crossed(c[0], c[1], a, b) : triangle_crossed(c, a, b)) &&
+                              finds(k);
                      });
+  }
+
+  bool is_crossed(const Vec3& a, const Vec3& b) const {
+    return any_crossed(a, b, [](std::int32_t) { return true; });
+  }
+
+  std::vector<double> crossings(const Vec3& a, const Vec3& b) const {
+    std::vector<double> found;
+    any_crossed(a, b,
+                [&](std::int32_t k) { return found.push_back(crossing_of(corners_[k], dimension_, a, b)), false; });
+    return found;
   }
 
   bool touches(const Vec3& low, const Vec3& high) const {
@@ -311,6 +325,7 @@ std::optional<SurfaceTree::Closest> SurfaceTree::closest(const Vec3& x, double b
   return impl_->closest(x, bound);
 }
 bool SurfaceTree::is_crossed(const Vec3& a, const Vec3& b) const { return impl_->is_crossed(a, b); }
+std::vector<double> SurfaceTree::crossings(const Vec3& a, const Vec3& b) const { return impl_->crossings(a, b); }
 std::vector<int> SurfaceTree::facets_in(const Vec3& low, const Vec3& high) const { return impl_->facets_in(low, high); }
 bool SurfaceTree::touches(const Vec3& low, const Vec3& high) const { return impl_->touches(low, high); }
 

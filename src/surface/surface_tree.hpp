@@ -31,6 +31,8 @@ class SurfaceTree {
 
   /// Does the segment from a to b cross a facet?
   bool is_crossed(const Vec3& a, const Vec3& b) const;
+  /// The parts of the way at which it crosses facets, in any order; at an edge that two of them share maybe twice.
+  std::vector<double> crossings(const Vec3& a, const Vec3& b) const;
 
   /// Does the box of any facet overlap this box?
   bool touches(const Vec3& low, const Vec3& high) const;

@@ -2,9 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
 
 #include "base/parallel.hpp"
+#include "case_models.hpp"
 #include "cloud/shapes.hpp"
 #include "method_clouds.hpp"
 
@@ -108,6 +111,64 @@ TEST(CellSamples, NearAPlaceAreThoseOfAllTheCloud) {
     EXPECT_EQ(near.row.size(), k + 1);
     EXPECT_EQ(near.weight.size(), near.x.size());
   }
+}
+
+/// All other points, nearest first.
+std::vector<Rival> rivals_of(const Cloud& cloud, int i) {
+  std::vector<Rival> rivals;
+  for (int j = 0; j < cloud.local(); ++j) {
+    const Vec3 r = cloud.x[j] - cloud.x[i];
+    if (j != i) rivals.push_back({cloud.x[j], dot(r, r), cloud.id[j], cloud.area[j], cloud.on_faces[j]});
+  }
+  std::ranges::sort(rivals, {}, &Rival::square);
+  return rivals;
+}
+
+std::vector<Vec3> sorted(std::vector<Vec3> x) {
+  std::ranges::sort(x, {}, [](const Vec3& p) { return std::tuple(p.x, p.y, p.z); });
+  return x;
+}
+
+void expect_same_places_by_cubes(const Cloud& cloud) {
+  for (int i = 0; i < cloud.owned; ++i) {
+    std::vector<Facet> facets;
+    for (const Facet& facet : cloud.facets)
+      if (facet.point == i) facets.push_back(facet);
+    const std::vector<Rival> rivals = rivals_of(cloud, i);
+    NearestCell cell(cloud, i, facets, rivals, 1.25);
+    constexpr int n = 12, per_cube = 4;
+    std::vector<Vec3> by_cubes, one_by_one;
+    SampleCubes cubes, single;
+    cell.sample(0, n, per_cube, by_cubes, cubes);
+    cell.sample(0, n, 1, one_by_one, single);
+    EXPECT_EQ(sorted(by_cubes), sorted(one_by_one));
+    ASSERT_EQ(cubes.begin.size(), cubes.index.size() + 1);
+    EXPECT_EQ(cubes.begin.back(), static_cast<std::int32_t>(by_cubes.size()));
+    for (std::size_t k = 0; k < cubes.index.size(); ++k)
+      for (std::int32_t place = cubes.begin[k]; place < cubes.begin[k + 1]; ++place)
+        for (int a = 0; a < cloud.dimension; ++a)
+          EXPECT_LE(std::abs(by_cubes[place][a] - by_cubes[cubes.begin[k]][a]), cloud.spacing[i] * per_cube / n);
+  }
+}
+
+TEST(CellSamples, AreTheSameIfWholeCubesAreAskedFirst) {
+  expect_same_places_by_cubes(box_cloud({9, 8}, 0.1, {.jitter = 0.4}));
+  expect_same_places_by_cubes(box_cloud({4, 5, 4}, 0.1, {.jitter = 0.4}));
+  expect_same_places_by_cubes(box_cloud({4, 5, 4}, 0.1, {.jitter = 0.4, .on_walls = false}));
+  const Cloud by_surface = make_cloud(MPI_COMM_SELF, parse_case(R"toml(
+title = "a box with a hole"
+method = "sph"
+[steady]
+[cloud]
+shape = "surface"
+spacing = "0.2 m"
+part = [{ shape = "box", size = ["1 m", "1 m", "0.6 m"] },
+        { shape = "cylinder", radius = "0.2 m", height = "1 m", at = ["0.5 m", "0.5 m", "-0.1 m"], combine = "cut" }]
+[material.m]
+conductivity = "1 W/(m K)"
+)toml"),
+                                      2);
+  expect_same_places_by_cubes(by_surface);
 }
 
 TEST(CellSamplesParallel, DoNotDependOnTheRanks) {

@@ -118,5 +118,47 @@ TEST(Parts, TheNormalOfARegionsSurfaceIsFoundFromItsFormula) {
   EXPECT_NEAR(std::abs(dot(found, n)), 1, 1e-6);
 }
 
+/// They touch at x = 0.5 and 0.53.
+const std::string rods = R"toml(
+title = "three rods that touch"
+method = "sph"
+[steady]
+[cloud]
+shape = "surface"
+spacing = "0.1 m"
+part = [{ name = "first", shape = "rectangle", size = ["0.5 m", "0.4 m"] },
+        { name = "thin", shape = "rectangle", size = ["0.03 m", "0.4 m"], at = ["0.5 m", "0 m"] },
+        { name = "last", shape = "rectangle", size = ["0.47 m", "0.4 m"], at = ["0.53 m", "0 m"] }]
+[material.a]
+conductivity = "1 W/(m K)"
+[body]
+region = [{ tag = "first", material = "a" }, { tag = "thin", material = "a" }, { tag = "last", material = "a" }]
+)toml";
+
+TEST(Parts, ASegmentKnowsEverySolidThatItRunsThroughToRoundOff) {
+  const Case c = parse_case(rods);
+  const Cloud cloud = cloud_of(c);
+  const Parts parts(c, cloud, "");
+  const Parts::Segment segments[] = {{{0.1, 0.1}, {0.9, 0.2}}, {{0.5, 0.1}, {0.6, 0.1}}, {{0.5, 0.1}, {0.5, 0.2}}};
+  const Parts::Pieces pieces = parts.along(segments);
+  ASSERT_EQ(pieces.row, (std::vector<std::int64_t>{0, 3, 6, 7}));
+  EXPECT_NEAR(pieces.piece[0].end, 0.4 / 0.8, 1e-15);
+  EXPECT_NEAR(pieces.piece[1].end, 0.43 / 0.8, 1e-15);
+  for (int n = 0; n < 6; ++n) EXPECT_EQ(pieces.piece[n].part, n % 3);
+  EXPECT_NEAR(pieces.piece[3].end, 0, 1e-15);  // begins on the interface, and leaves the first part at once
+  EXPECT_NEAR(pieces.piece[4].end, 0.3, 1e-15);
+}
+
+TEST(Parts, OneIsAroundAPlaceUpToTheNextInterface) {
+  const Case c = parse_case(rods);
+  const Cloud cloud = cloud_of(c);
+  const Parts parts(c, cloud, "");
+  EXPECT_TRUE(parts.is_one_around({0.3, 0.2}, 0.199));
+  EXPECT_FALSE(parts.is_one_around({0.3, 0.2}, 0.201));
+  const Case of_formula = parse_case(square_with_disc);
+  const Cloud square = cloud_of(of_formula);
+  EXPECT_FALSE(Parts(of_formula, square, "").is_one_around({0.1, 0.1}, 1e-3));  // nobody knows
+}
+
 }  // namespace
 }  // namespace calor

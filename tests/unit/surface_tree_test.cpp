@@ -164,6 +164,21 @@ TEST(Crossings, AreThoseOfAllFacets) {
   }
 }
 
+TEST(Crossings, LieWhereTheFacetsAre) {
+  const Surface cube = unit_cube();
+  const SurfaceTree tree(cube);
+  std::vector<double> at = tree.crossings({-1, 0.3, 0.2}, {3, 0.3, 0.2});
+  std::ranges::sort(at);
+  ASSERT_EQ(at.size(), 2u);
+  EXPECT_NEAR(at[0], 0.25, 1e-15);
+  EXPECT_NEAR(at[1], 0.5, 1e-15);
+  EXPECT_TRUE(tree.crossings({0.1, 0.3, 0.2}, {0.9, 0.3, 0.2}).empty());
+  const Surface circle = polygon(4);  // a square of corners (1, 0), (0, 1) ...
+  at = SurfaceTree(circle).crossings({0, 0.25, 0}, {1, 0.25, 0});
+  ASSERT_EQ(at.size(), 1u);
+  EXPECT_NEAR(at[0], 0.75, 1e-15);
+}
+
 TEST(Crossings, LetNothingThroughEdgesAndCorners) {
   const Surface ball = sphere(7), circle = polygon(9);
   for (const Surface* s : {&ball, &circle}) {
