@@ -70,15 +70,23 @@ Vector create_vector(Mat matrix) {
   return vector;
 }
 
-Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal) {
+Matrix create_matrix(MPI_Comm comm, int rows) {
   Matrix matrix;
-  const auto rows = static_cast<PetscInt>(diagonal.size());
   check(MatCreate(comm, matrix.out()));
   check(MatSetSizes(matrix, rows, rows, PETSC_DETERMINE, PETSC_DETERMINE));
   check(MatSetType(matrix, MATAIJ));
+  return matrix;
+}
+
+void reserve(Mat matrix, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal) {
   // Each does nothing to a matrix of the other kind.
   check(MatSeqAIJSetPreallocation(matrix, 0, diagonal.data()));
   check(MatMPIAIJSetPreallocation(matrix, 0, diagonal.data(), 0, off_diagonal.data()));
+}
+
+Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal) {
+  Matrix matrix = create_matrix(comm, static_cast<int>(diagonal.size()));
+  reserve(matrix, diagonal, off_diagonal);
   return matrix;
 }
 

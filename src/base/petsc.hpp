@@ -102,6 +102,9 @@ Vector create_vector(Mat matrix);
 /// Square AIJ matrix: rows as `diagonal` is long, with at most so many entries in columns of this rank and of others.
 /// Collective.
 Matrix create_matrix(MPI_Comm comm, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal);
+/// One of so many rows on this rank that gets its entries later, by reserve(). Collective.
+Matrix create_matrix(MPI_Comm comm, int rows);
+void reserve(Mat matrix, std::span<const PetscInt> diagonal, std::span<const PetscInt> off_diagonal);
 /// Collective.
 void assemble(Mat matrix, CallSite at = CallSite::current());
 

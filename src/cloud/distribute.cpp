@@ -59,8 +59,8 @@ void send_to_blocks(MPI_Comm comm, Points& points) {
     packed[next_point[rank[i]]++] = points.points[i];
     for (std::int32_t n = at[i]; n < at[i + 1]; ++n) packed_patches[next_patch[rank[i]]++] = points.facets[n];
   }
-  points.points = {};
-  points.facets = {};
+  points.points = std::vector<Point>();  // {} would keep their memory
+  points.facets = std::vector<SurfacePiece>();
   points.points = exchange(comm, packed, point_count);
   points.facets = exchange(comm, packed_patches, patch_count);
 }
@@ -88,8 +88,8 @@ void fill_owned(Cloud& cloud, Points& points) {
   for (std::size_t i = 0; i < n; ++i) x[i] = p[i].x, sum += p[i].metric;
   const Cells cells(x, (1 / static_cast<double>(std::max<std::size_t>(1, n))) * sum);
   const std::vector<std::int32_t> order = order_by_cells(cells, x, by_id).order;
-  by_id = {};
-  x = {};
+  by_id = std::vector<std::int32_t>();
+  x = std::vector<Vec3>();
 
   const std::vector<std::int32_t> at = patch_offsets(p);
   cloud.owned = static_cast<int>(n);
@@ -115,8 +115,8 @@ void fill_owned(Cloud& cloud, Points& points) {
     for (std::int32_t m = at[order[k]]; m < at[order[k] + 1]; ++m)
       cloud.facets.push_back(
           {static_cast<int>(k), points.facets[m].face, points.facets[m].area, points.facets[m].normal});
-  points.points = {};
-  points.facets = {};
+  points.points = std::vector<Point>();  // {} would keep their memory
+  points.facets = std::vector<SurfacePiece>();
 }
 
 /// A copy of a point for another rank.

@@ -71,6 +71,11 @@ class Conduction : public HeatTerm {
   /// Points that couple to owned point i (without i), by conduction, capacity or value: the sparsity of the Jacobian.
   /// `buffer` is room for them where they are not kept in this form.
   virtual std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const = 0;
+  /// Does add_product work?
+  virtual bool multiplies() const { return false; }
+  /// F_i += sum_j dF_i/du_j v_j at u, without the entries; u and v cover all local points, ghosts up to date.
+  virtual void add_product(const Conductivity& /*k*/, std::span<const double> /*u*/, std::span<const double> /*v*/,
+                           std::span<double> /*F*/) const {}
 
   void add_rate(Evaluation& at, std::span<double> F, std::span<double> /*power*/) final {
     with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { add_rate(k, at.u(), F); });
@@ -80,6 +85,9 @@ class Conduction : public HeatTerm {
   }
   void add_row_sums(Evaluation& at, std::span<double> sums) final {
     with_conductivity(at, Purpose::bound, [&](const Conductivity& k) { add_row_sums(k, sums); });
+  }
+  void add_product(Evaluation& at, std::span<const double> v, std::span<double> F) const {
+    with_conductivity(at, Purpose::jacobian, [&](const Conductivity& k) { add_product(k, at.u(), v, F); });
   }
   void heat_flux(Evaluation& at, std::span<Vec3> q) const {
     with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { heat_flux(k, at.u(), q); });

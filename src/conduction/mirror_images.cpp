@@ -219,7 +219,8 @@ PairTerms fold_images(const Cloud& cloud, const Parts& parts, MirroredNeighbours
   all.row[cloud.owned] = static_cast<std::int64_t>(kept);
   all.column.resize(kept);
   G.resize(kept);
-  all.image = {}, all.mirrors = {}, all.mirrored = {};
+  all.image = std::vector<std::uint8_t>();  // {} would keep its memory
+  all.mirrors.clear(), all.mirrored.clear();
   PairTerms terms{pairs(), nullptr};
   if (any(cloud.comm, !bonds.G.empty()))
     terms.images = std::make_unique<ImageConduction>(std::move(bonds), temperatures);

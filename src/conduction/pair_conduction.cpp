@@ -9,6 +9,22 @@
 #include "conduction/pair_flux.hpp"
 
 namespace calor {
+namespace {
+
+/// F_i += sum_j a_ij v_j of the entries that it is given.
+class ProductOfEntries final : public JacobianEntries {
+ public:
+  ProductOfEntries(std::span<const double> v, std::span<double> F) : v_(v), F_(F) {}
+  void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
+    for (std::size_t n = 0; n < columns.size(); ++n) F_[row] += values[n] * v_[columns[n]];
+  }
+
+ private:
+  std::span<const double> v_;
+  std::span<double> F_;
+};
+
+}  // namespace
 
 PairConduction::PairConduction(const Cloud& cloud, Neighbours neighbours, std::vector<double> G)
     : Conduction(Evaluation::nodes), cloud_(cloud), rows_(std::move(neighbours), std::move(G)) {}
@@ -55,6 +71,22 @@ void PairConduction::add_jacobian(const Conductivity& k, std::span<const double>
   series_.add_jacobian(k, T, J);
 }
 
+void PairConduction::add_product(const Conductivity& k, std::span<const double> T, std::span<const double> v,
+                                 std::span<double> F) const {
+  // d(theta_j - theta_i) = k_j dT_j - k_i dT_i; d[kbar (T_j - T_i)] = kbar (dT_j - dT_i) + dkbar (T_j - T_i).
+  std::vector<double> dk;
+  if (k.mean == Mean::integral) {
+    for (std::size_t i = 0; i < v.size(); ++i) dk.push_back(k.k[i] * v[i]);
+    rows_.add_fluxes({.mean = k.mean, .k = {}, .dk_dT = {}, .theta = dk}, v, F);
+  } else {
+    rows_.add_fluxes({.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}}, v, F);
+    for (std::size_t i = 0; i < k.dk_dT.size(); ++i) dk.push_back(k.dk_dT[i] * v[i]);
+    if (!dk.empty()) rows_.add_flux_changes(k, dk, T, F);
+  }
+  ProductOfEntries product(v, F);
+  series_.add_jacobian(k, T, product);
+}
+
 void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums) const {
   // |dF_i/dT_i| + sum_j |dF_i/dT_j| without dk/dT; with G >= 0 it is twice the diagonal for a constant k.
   const Conductivity frozen{.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}};
@@ -75,21 +107,26 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
   // q_i = -R M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
   // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does. Where every part
   // has an R of its own, M_i is made of the weights without it instead.
-  std::vector<Symmetric3> M(cloud_.owned);
-  std::vector<Vec3> b(cloud_.owned);
-  series_.add_moments(k, T, M, b);
+  std::vector<Symmetric3> M_crossing;
+  std::vector<Vec3> b_crossing;
+  if (ends()) {
+    M_crossing.resize(cloud_.owned), b_crossing.resize(cloud_.owned);
+    series_.add_moments(k, T, M_crossing, b_crossing);
+  }
   PairRows::Row row;
   with_flux(k, T, [&](const auto& flux) {
     for (std::int32_t i = 0; i < cloud_.owned; ++i) {
       rows_.read(i, row);
+      Symmetric3 M = ends() ? M_crossing[i] : Symmetric3{};
+      Vec3 b = ends() ? b_crossing[i] : Vec3{};
       for (std::size_t n = 0; n < row.column.size(); ++n) {
         const std::int32_t j = row.column[n];
         const Vec3 x = cloud_.x[j] - cloud_.x[i];
         const double G = row.weight[n];
-        M[i].add(R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], x), x);
-        b[i] += G * pair_flux(flux, i, j) * x;
+        M.add(R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], x), x);
+        b += G * pair_flux(flux, i, j) * x;
       }
-      q[i] = -(R_ * (pseudo_inverse(M[i]) * b[i]));  // zero in directions without neighbours
+      q[i] = -(R_ * (pseudo_inverse(M) * b));  // zero in directions without neighbours
     }
   });
 }

@@ -26,7 +26,11 @@ class PairConduction final : public Conduction {
   void add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const override;
   void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
   void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
-  using Conduction::add_jacobian, Conduction::add_rate, Conduction::add_row_sums, Conduction::heat_flux;
+  bool multiplies() const override { return true; }
+  void add_product(const Conductivity& k, std::span<const double> T, std::span<const double> v,
+                   std::span<double> F) const override;
+  using Conduction::add_jacobian, Conduction::add_product, Conduction::add_rate, Conduction::add_row_sums,
+      Conduction::heat_flux;
   std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
   Traits traits() const override { return {.is_constant = series_.openings().empty() && !series_.depends_on_T()}; }
   std::vector<double> events() const override { return series_.openings(); }

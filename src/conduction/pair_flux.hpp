@@ -55,6 +55,26 @@ struct HarmonicFlux {
   }
 };
 
+/// What changes dk of the conductivities change of a flux, at the same temperatures: dkbar (T_j - T_i).
+template <class V>
+struct ChangingState {
+  V k, dk, T;
+};
+
+struct HarmonicChange {
+  const double *k, *dk, *T;
+  template <class Load>
+  CALOR_ALWAYS_INLINE auto at(const Load& load) const {
+    return ChangingState<decltype(load(T))>{load(k), load(dk), load(T)};
+  }
+  template <class V>
+  CALOR_ALWAYS_INLINE static V between(const ChangingState<V>& i, const ChangingState<V>& j) {
+    // d/dk_i [2 k_i k_j / (k_i + k_j)] = 2 (k_j / (k_i + k_j))^2
+    const V of_i = i.k / (i.k + j.k + tiny_conductivity), of_j = j.k / (i.k + j.k + tiny_conductivity);
+    return 2 * (of_j * of_j * i.dk + of_i * of_i * j.dk) * (j.T - i.T);
+  }
+};
+
 /// Calls `use` with the flux of this mean.
 template <class Use>
 void with_flux(const Conductivity& k, std::span<const double> T, const Use& use) {

@@ -200,16 +200,27 @@ CALOR_ALWAYS_INLINE inline void PairRows::add_groups(const Flux& flux, double* F
   }
 }
 
+template <class Flux>
+void PairRows::add(const Flux& flux, std::span<double> F, InstructionSet set) const {
+  run_vectorised(
+      [&]<int width>() CALOR_ALWAYS_INLINE {
+        add_runs<width>(flux, F.data());
+        add_groups<width>(flux, F.data());
+      },
+      set);
+}
+
 void PairRows::add_fluxes(const Conductivity& k, std::span<const double> T, std::span<double> F,
                           InstructionSet set) const {
-  with_flux(k, T, [&](const auto& flux) {
-    run_vectorised(
-        [&]<int width>() CALOR_ALWAYS_INLINE {
-          add_runs<width>(flux, F.data());
-          add_groups<width>(flux, F.data());
-        },
-        set);
-  });
+  with_flux(k, T, [&](const auto& flux) { add(flux, F, set); });
+}
+
+void PairRows::add_flux_changes(const Conductivity& k, std::span<const double> dk, std::span<const double> T,
+                                std::span<double> F) const {
+  if (k.mean == Mean::arithmetic)  // its change is the mean of the changes
+    add(ArithmeticFlux{dk.data(), T.data()}, F, best_instruction_set());
+  else
+    add(HarmonicChange{k.k.data(), dk.data(), T.data()}, F, best_instruction_set());
 }
 
 }  // namespace calor

@@ -37,6 +37,9 @@ class PairRows {
   /// F_i += sum_j G_ij kbar_ij (T_j - T_i) of all rows.
   void add_fluxes(const Conductivity& k, std::span<const double> T, std::span<double> F,
                   InstructionSet set = best_instruction_set()) const;
+  /// F_i += sum_j G_ij dkbar_ij (T_j - T_i) of all rows, where dk changes the conductivities; not of the integral mean.
+  void add_flux_changes(const Conductivity& k, std::span<const double> dk, std::span<const double> T,
+                        std::span<double> F) const;
 
  private:
   static constexpr int lanes = 8;
@@ -55,6 +58,8 @@ class PairRows {
   /// Calls use(column, weight) for the entries of row i.
   template <class Use>
   void for_each_entry(int i, const Use& use) const;
+  template <class Flux>
+  void add(const Flux& flux, std::span<double> F, InstructionSet set) const;
   template <int width, class Flux>
   void add_runs(const Flux& flux, double* F) const;
   template <int width, class Flux>

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <limits>
-#include <map>
 
 #include "base/parallel.hpp"
 #include "output/files.hpp"
@@ -27,17 +26,21 @@ void Balance::add_materials() {
   const Cloud& cloud = system_.cloud();
   const Parts& parts = system_.material().parts();
   const std::vector<PlacesOfPart>& shares = system_.material().cell_shares();
-  std::map<std::string, std::map<int, double>> share_of_point;  // layers of one material are one
-  for (int part = 0; part < parts.count(); ++part)
-    for (std::size_t n = 0; n < shares[part].place.size(); ++n)
-      if (shares[part].place[n] < cloud.owned)
-        share_of_point[parts[part].material][shares[part].place[n]] += shares[part].share[n];
   for (int part = 0; part < parts.count(); ++part) {
     Zone zone{.name = parts[part].material};
     if (std::ranges::count(zones_, zone.name, &Zone::name)) continue;
-    for (const auto& [point, share] : share_of_point[zone.name]) {
+    std::vector<double> share(cloud.owned);  // layers of one material are one
+    std::vector<char> belongs(cloud.owned);
+    for (int p = part; p < parts.count(); ++p) {
+      if (parts[p].material != zone.name) continue;
+      for (std::size_t n = 0; n < shares[p].place.size(); ++n)
+        if (const int point = shares[p].place[n]; point < cloud.owned)
+          share[point] += shares[p].share[n], belongs[point] = 1;
+    }
+    for (int point = 0; point < cloud.owned; ++point) {
+      if (!belongs[point]) continue;
       zone.point.push_back(point);
-      zone.weight.push_back(share * cloud.volume[point]);
+      zone.weight.push_back(share[point] * cloud.volume[point]);
     }
     keep(std::move(zone));
   }
@@ -112,12 +115,12 @@ std::vector<double> Balance::temperatures(double t, std::span<const double> u) c
 
 Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) const {
   const MPI_Comm comm = system_.cloud().comm;
-  std::vector<double> products;
+  std::vector<double> products(2 * zone.point.size());
   double low = std::numeric_limits<double>::infinity(), high = -low;
   for (std::size_t n = 0; n < zone.point.size(); ++n) {
     const double value = T[zone.point[n]];
     low = std::min(low, value), high = std::max(high, value);
-    products.insert(products.end(), {zone.weight[n] * value, zone.weight[n]});
+    products[2 * n] = zone.weight[n] * value, products[2 * n + 1] = zone.weight[n];
   }
   const std::vector<double> totals = sums(comm, products, 2);
   low = min(comm, low), high = max(comm, high);

@@ -6,6 +6,7 @@
 
 #include "base/archive.hpp"
 #include "base/parallel.hpp"
+#include "base/reduce.hpp"
 #include "output/observer.hpp"
 
 namespace calor {
@@ -29,12 +30,9 @@ class Extremes : public Observer {
 
   void record(const Moment& m) override {
     const std::span<const double> T = m.temperatures();
-    for (int i = 0; i < cloud_.owned; ++i)
-      for (const int sign : {1, -1}) {
-        Candidate& best = sign > 0 ? lowest_ : highest_;
-        if (sign * T[i] > best.T) continue;
-        best = std::min(best, {.T = sign * T[i], .t = m.state().t, .id = cloud_.id[i], .x = cloud_.x[i]});
-      }
+    const ValueRange range = range_of(T);
+    see(range.low, 1, lowest_, m);
+    see(range.high, -1, highest_, m);
   }
   void exchange(Archive& archive) override {
     for (Candidate* best : {&lowest_, &highest_}) {
@@ -53,6 +51,14 @@ class Extremes : public Observer {
   }
 
  private:
+  /// `value`: the lowest of the temperatures (sign = 1) or the highest (-1).
+  void see(double value, int sign, Candidate& best, const Moment& m) const {
+    if (!(sign * value < best.T)) return;
+    const std::span<const double> T = m.temperatures();
+    for (int i = 0; i < cloud_.owned; ++i)
+      if (T[i] == value)
+        best = std::min(best, {.T = sign * value, .t = m.state().t, .id = cloud_.id[i], .x = cloud_.x[i]});
+  }
   Candidate of_all(const Candidate& mine) const {
     return std::ranges::min(gather(cloud_.comm, std::vector{mine}), std::less{});
   }

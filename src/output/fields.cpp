@@ -1,4 +1,5 @@
 // Fields for ParaView at the times of [output], and the end of a run for a run that starts from it.
+#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -115,7 +116,12 @@ class FinalState : public Observer {
     run_.phases.measure("output", [&] {
       const std::vector<Row> rows = in_order(run_.system.cloud(), m.temperatures());
       write_in_turns(run_.comm(), run_.folder + "/final.csv", "id,x [m],y [m],z [m],T [K]", [&](std::FILE* file) {
-        for (const auto& [id, x, T] : rows) fmt::print(file, "{},{},{},{},{}\n", id, x.x, x.y, x.z, T);
+        fmt::memory_buffer text;
+        for (const auto& [id, x, T] : rows) {
+          text.clear();
+          fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{}\n"), id, x.x, x.y, x.z, T);
+          std::fwrite(text.data(), 1, text.size(), file);
+        }
       });
     });
   }

@@ -136,11 +136,11 @@ std::int64_t rows_of(Mat matrix) {
 
 class Multigrid {
  public:
-  explicit Multigrid(const Cloud& cloud) : cloud_(cloud), near_(cloud) {}
+  Multigrid(const Cloud& cloud, bool is_thin) : cloud_(cloud), is_thin_already_(is_thin), near_(cloud) {}
 
   /// Collective.
   void set_up(Mat matrix) {
-    const bool is_thin = near_.set(matrix);
+    const bool is_thin = !is_thin_already_ && near_.set(matrix);
     Mat finest = is_thin ? near_.matrix() : matrix;
     if (std::exchange(is_thin_, is_thin) == is_thin && cycle_)
       renew(finest);
@@ -224,6 +224,7 @@ class Multigrid {
   }
 
   const Cloud& cloud_;
+  bool is_thin_already_;
   NearestPairs near_;
   bool is_thin_ = false;         ///< the finest level is that of the nearest pairs
   std::vector<Coarser> levels_;  ///< from fine to coarse
@@ -254,10 +255,10 @@ PetscErrorCode destroy(PC preconditioner) {
 
 }  // namespace
 
-void use_aggregation_multigrid(PC preconditioner, const Cloud& cloud) {
+void use_aggregation_multigrid(PC preconditioner, const Cloud& cloud, bool is_thin) {
   check(PCSetType(preconditioner, PCSHELL));
   check(PCShellSetName(preconditioner, "multigrid by aggregation"));
-  check(PCShellSetContext(preconditioner, new Multigrid(cloud)));  // PETSc calls destroy
+  check(PCShellSetContext(preconditioner, new Multigrid(cloud, is_thin)));  // PETSc calls destroy
   check(PCShellSetSetUp(preconditioner, set_up));
   check(PCShellSetApply(preconditioner, apply));
   check(PCShellSetDestroy(preconditioner, destroy));

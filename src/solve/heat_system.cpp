@@ -30,7 +30,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       conditions_(std::move(conditions)),
       sources_(std::move(sources)),
       discretisation_(std::move(discretisation)),
-      at_(std::in_place, *discretisation_.dofs, coefficients(materials_, discretisation_)),
+      at_(evaluation()),
       accounts_(conditions_.accounts),
       role_(cloud.owned, Role::free) {
   for (const SurfaceTerm& term : conditions_.fluxes)
@@ -70,8 +70,10 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
 
 void HeatSystem::exchange_materials(std::vector<MaterialField>& materials) {
   materials_.swap(materials);
-  at_.emplace(*discretisation_.dofs, coefficients(materials_, discretisation_));
+  at_.emplace(evaluation());
 }
+
+Evaluation HeatSystem::evaluation() const { return {*discretisation_.dofs, coefficients(materials_, discretisation_)}; }
 
 int HeatSystem::boundary_accounts() const { return static_cast<int>(conditions_.accounts.size()); }
 

@@ -110,6 +110,18 @@ class HeatSystem {
   /// J = dR/du = capacity_factor dE/du - rate_factor dF/du, and minus the derivatives of the constraints. Exact.
   /// Degrees of freedom that are known by themselves have identity rows and empty columns. Collective.
   void jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, Mat J);
+  /// The same entry by entry, by local points, without those of known columns: those of the conduction in free rows to
+  /// `conduction`, all others to `rest`. Collective.
+  void jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, JacobianEntries& conduction,
+                JacobianEntries& rest) {
+    give_jacobian(t, u, capacity_factor, rate_factor, false, conduction, rest);
+  }
+  /// Room to evaluate other states in, beside this system's own.
+  Evaluation evaluation() const;
+  /// Does the temperature of an owned point follow from its heat balance?
+  bool is_free(int i) const { return role_[i] == Role::free; }
+  /// Is the degree of freedom of a local point known by itself?
+  bool is_known(int i) const { return is_known_[i] != 0; }
   bool jacobian_is_constant() const;  ///< nothing depends on T (and k not on time)
   bool jacobian_is_symmetric() const;
   /// Would it be symmetric if the conductivity were frozen?
@@ -175,6 +187,8 @@ class HeatSystem {
 
   /// The Jacobian; `frozen` leaves the derivative of k out.
   void assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen, Mat J);
+  void give_jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen,
+                     JacobianEntries& conduction, JacobianEntries& rest);
   /// Temperatures of the owned points from the enthalpies of their cells; T holds a guess. Collective.
   void find_temperatures(std::span<const double> E, std::span<double> T);
   /// A body with k = 1 W/(m K) and a heat capacity of 1 J/(m^3 K) whose degrees of freedom are parameters.

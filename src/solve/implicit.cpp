@@ -17,9 +17,9 @@ StageSolver::StageSolver(HeatSystem& system)
               {.residual = [this](std::span<double> T,
                                   std::span<double> R) { system_.residual(t_, T, gamma_dt_, known_, R); },
                .jacobian =
-                   [this](std::span<double> T, Mat J) {
+                   [this](std::span<double> T, JacobianOperator& J) {
                      matrix_t_ = t_, matrix_gamma_dt_ = gamma_dt_;
-                     system_.jacobian(t_, T, 1, gamma_dt_, J);
+                     J.evaluate(t_, T, 1, gamma_dt_);
                    },
                .tolerance = [this](auto, std::span<double> tolerance,
                                    auto) { std::ranges::copy(tolerance_, tolerance.begin()); },

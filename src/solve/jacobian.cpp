@@ -6,19 +6,11 @@
 
 namespace calor {
 
-/// Adds factor * entries to a matrix: of points of one role, without columns of degrees of freedom that are known.
+/// Passes factor * entries on: of points of one role, without columns of degrees of freedom that are known.
 class HeatSystem::Entries final : public JacobianEntries {
  public:
-  Entries(const HeatSystem& system, Role role, double factor, Mat matrix)
-      : system_(system),
-        role_(role),
-        factor_(factor),
-        matrix_(matrix),
-        number_(system.cloud_.local()),
-        rows_(matrix, number_) {
-    for (std::size_t i = 0; i < number_.size(); ++i)  // PETSc skips -1
-      number_[i] = system.is_known_[i] ? -1 : static_cast<PetscInt>(system.cloud_.global[i]);
-  }
+  Entries(const HeatSystem& system, Role role, double factor, JacobianEntries& rows)
+      : system_(system), role_(role), factor_(factor), rows_(rows) {}
 
   void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
     add_scaled(row, columns, values, factor_);
@@ -29,22 +21,46 @@ class HeatSystem::Entries final : public JacobianEntries {
       const SparseRows& phi = system_.discretisation_.dofs->phi();
       return add_scaled(row, phi.columns(row), phi.values(row), factor_ * by_T);
     }
-    const auto number = static_cast<PetscInt>(system_.cloud_.global[row]);
-    petsc::check(MatSetValue(matrix_, number, number, factor_ * by_T, ADD_VALUES));
+    rows_.add_nodal(row, factor_ * by_T);
   }
 
  private:
   void add_scaled(int row, std::span<const std::int32_t> columns, std::span<const double> values, double factor) {
-    if (system_.role_[row] == role_) rows_.add(system_.cloud_.global[row], columns, values, factor);
+    if (system_.role_[row] != role_) return;
+    columns_.resize(columns.size()), values_.resize(columns.size());
+    std::size_t count = 0;  // no branch: an entry is kept by moving on
+    for (std::size_t n = 0; n < columns.size(); ++n) {
+      columns_[count] = columns[n], values_[count] = factor * values[n];
+      count += !system_.is_known_[columns[n]];
+    }
+    rows_.add(row, std::span(columns_).first(count), std::span(values_).first(count));
   }
 
   const HeatSystem& system_;
   Role role_;
   double factor_;
-  Mat matrix_;
+  JacobianEntries& rows_;
+  std::vector<std::int32_t> columns_;
+  std::vector<double> values_;
+};
+
+namespace {
+
+/// Adds entries to a matrix.
+class MatrixRows final : public JacobianEntries {
+ public:
+  MatrixRows(const Cloud& cloud, Mat matrix)
+      : number_(cloud.global.begin(), cloud.global.end()), rows_(matrix, number_) {}
+  void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
+    rows_.add(number_[row], columns, values);
+  }
+
+ private:
   std::vector<PetscInt> number_;
   petsc::RowAdder rows_;
 };
+
+}  // namespace
 
 petsc::Matrix HeatSystem::create_jacobian() const {
   std::vector<PetscInt> diagonal(cloud_.owned, 1), off_diagonal(cloud_.owned, 0);
@@ -72,22 +88,28 @@ void HeatSystem::jacobian(double t, std::span<double> u, double capacity_factor,
 
 void HeatSystem::assemble(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen,
                           Mat J) {
+  petsc::check(MatZeroEntries(J));
+  MatrixRows rows(cloud_, J);
+  give_jacobian(t, u, capacity_factor, rate_factor, frozen, rows, rows);
+  petsc::assemble(J);
+}
+
+void HeatSystem::give_jacobian(double t, std::span<double> u, double capacity_factor, double rate_factor, bool frozen,
+                               JacobianEntries& conduction, JacobianEntries& rest) {
   cloud_.halo.update(u);
   at_->begin(t, u, frozen);
   collective_try(cloud_.comm, [&] {
-    petsc::check(MatZeroEntries(J));
-    Entries rates(*this, Role::free, -rate_factor, J);
-    for (HeatTerm* term : terms_) term->add_jacobian(*at_, rates);
+    Entries pairs(*this, Role::free, -rate_factor, conduction), rates(*this, Role::free, -rate_factor, rest);
+    for (HeatTerm* term : terms_) term->add_jacobian(*at_, term == discretisation_.conduction.get() ? pairs : rates);
     if (capacity_factor != 0) {
-      Entries capacities(*this, Role::free, capacity_factor, J);
+      Entries capacities(*this, Role::free, capacity_factor, rest);
       discretisation_.capacity->add_jacobian(*at_, capacities);
     }
     for (const auto& constraint : discretisation_.constraints) {
-      Entries rows(*this, constraint->is_massless() ? Role::massless : Role::prescribed, -1, J);
+      Entries rows(*this, constraint->is_massless() ? Role::massless : Role::prescribed, -1, rest);
       constraint->add_jacobian(*at_, rows);
     }
   });
-  petsc::assemble(J);
 }
 
 bool HeatSystem::jacobian_is_constant() const {

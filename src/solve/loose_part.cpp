@@ -14,10 +14,11 @@ class Sets final : public JacobianEntries {
  public:
   explicit Sets(int count) : parent_(count), conducts_(count) { std::iota(parent_.begin(), parent_.end(), 0); }
   void add(int row, std::span<const std::int32_t> columns, std::span<const double> values) override {
+    int set = of(row);
     for (std::size_t n = 0; n < columns.size(); ++n) {
       if (values[n] == 0) continue;
       conducts_[row] = 1;
-      join(row, columns[n]);
+      if (parent_[columns[n]] != set) parent_[set] = of(columns[n]), set = parent_[set];
     }
   }
   /// Does any heat flow to point i? Within an insulator temperatures stay as they are.
@@ -28,8 +29,6 @@ class Sets final : public JacobianEntries {
   }
 
  private:
-  void join(int i, int j) { parent_[of(i)] = of(j); }
-
   std::vector<int> parent_;
   std::vector<char> conducts_;
 };

@@ -14,29 +14,49 @@ namespace calor {
 
 using petsc::check;
 
+namespace {
+
+constexpr const char* prefix = "heat_";
+
+/// Has the user set it?
+bool is_option(const char* name) {
+  PetscBool is_set = PETSC_FALSE;
+  check(PetscOptionsHasName(nullptr, prefix, name, &is_set));
+  return is_set == PETSC_TRUE;
+}
+
+}  // namespace
+
 Newton::Newton(HeatSystem& system, Equations equations, bool steady)
     : system_(system),
       equations_(std::move(equations)),
-      slow_(steady ? 0.5 : 0.1),
+      is_steady_(steady),
       T_(system.cloud().local()),
       T_jacobian_(system.cloud().owned),
       tolerance_(system.cloud().owned),
       round_off_(system.cloud().owned),
-      J_(system.create_jacobian()),
-      x_(petsc::create_vector(J_)),
-      R_(petsc::create_vector(J_)),
-      b_(petsc::create_vector(J_)) {
+      J_(system, multiplies_without_matrix(system, steady)),
+      x_(petsc::create_vector(J_.products())),
+      R_(petsc::create_vector(J_.products())),
+      b_(petsc::create_vector(J_.products())) {
   check(SNESCreate(system.cloud().comm, snes_.out()));
-  check(SNESSetOptionsPrefix(snes_, "heat_"));
+  check(SNESSetOptionsPrefix(snes_, prefix));
   check(SNESSetType(snes_, SNESNEWTONLS));
   check(SNESSetFunction(snes_, R_, residual, this));
-  check(SNESSetJacobian(snes_, J_, J_, jacobian, this));
+  check(SNESSetJacobian(snes_, J_.products(), J_.matrix(), jacobian, this));
   check(SNESSetCheckJacobianDomainError(snes_, PETSC_TRUE));
   check(SNESSetConvergenceTest(snes_, converged, this, nullptr));
   if (equations_.correct_step) check(SNESLineSearchSetPreCheck(line_search(), correct_step, this));
   go_carefully(false);
-  choose_linear_solver(linear_solver(), system, steady);
+  choose_linear_solver(linear_solver(), system, steady, multiplies_without_matrix(system, steady));
   check(SNESSetFromOptions(snes_));
+  knows_linear_tolerance_ = is_option("-ksp_rtol");
+}
+
+void Newton::take_as_symmetric(bool yes) {
+  PetscBool may_be_either = PETSC_FALSE;
+  check(PetscObjectTypeCompareAny(reinterpret_cast<PetscObject>(linear_solver()), &may_be_either, KSPCG, KSPGMRES, ""));
+  if (may_be_either && !is_option("-ksp_type")) check(KSPSetType(linear_solver(), yes ? KSPCG : KSPGMRES));
 }
 
 KSP Newton::linear_solver() const {
@@ -51,6 +71,13 @@ SNESLineSearch Newton::line_search() const {
   return search;
 }
 
+void Newton::choose_linear_tolerance(double left, double residual) {
+  constexpr double least = 1e-9, most = 1e-2;
+  const double first = system_.jacobian_is_constant() ? least : most;
+  const double tolerance = left == 0 ? first : std::clamp(std::max(left * left, 0.1 / residual), least, most);
+  check(KSPSetTolerances(linear_solver(), tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+}
+
 void Newton::go_carefully(bool yes) {
   const bool may_grow = equations_.residual_may_grow && !yes;
   check(SNESLineSearchSetType(line_search(), may_grow ? SNESLINESEARCHBASIC : SNESLINESEARCHBT));
@@ -60,7 +87,7 @@ Newton::Result Newton::solve(std::span<double> T, int most_iterations, double si
   if (unit_ == 0) unit_ = petsc::unit_of(size);
   error_ = nullptr;
   starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
-  last_residual_ = std::numeric_limits<double>::infinity();
+  last_residual_ = last_norm_ = std::numeric_limits<double>::infinity();
   std::ranges::copy(T, T_.begin());
   petsc::copy(T.first(system_.cloud().owned), x_);
   check(SNESSetTolerances(snes_, 0, 0, 0, most_iterations, PETSC_MAX_INT));
@@ -91,7 +118,7 @@ Newton::Result Newton::solve(std::span<double> T, int most_iterations, double si
 void Newton::evaluate_jacobian() {
   std::copy_n(T_.begin(), T_jacobian_.size(), T_jacobian_.begin());
   equations_.jacobian(T_, J_);
-  check(MatScale(J_, 1 / unit_));
+  J_.scale(1 / unit_);
   has_jacobian_ = true;
 }
 
@@ -104,13 +131,13 @@ void Newton::exchange(Archive& archive) {
   if (!archive.reads()) return;
   std::ranges::copy(T_jacobian_, T_.begin());
   evaluate_jacobian();
-  check(KSPSetOperators(linear_solver(), J_, J_));
+  check(KSPSetOperators(linear_solver(), J_.products(), J_.matrix()));
 }
 
 void Newton::solve_linear(std::span<const double> b, std::span<double> x) {
   if (!has_jacobian_) {  // every first guess so far was a solution, as in a body at rest
     evaluate_jacobian();
-    check(KSPSetOperators(linear_solver(), J_, J_));
+    check(KSPSetOperators(linear_solver(), J_.products(), J_.matrix()));
   }
   petsc::copy(b, b_);
   check(VecScale(b_, 1 / unit_));
@@ -202,6 +229,9 @@ PetscErrorCode Newton::converged(SNES snes, PetscInt iteration, PetscReal, Petsc
     std::ranges::fill(newton.tolerance_, 0), std::ranges::fill(newton.round_off_, 0);
     newton.equations_.tolerance(newton.T_, newton.tolerance_, newton.round_off_);
     const double residual = newton.largest_in_units_of(newton.tolerance_);
+    // What is a small imbalance of a steady state changes with the flows.
+    const double left = newton.is_steady_ ? R_norm / newton.last_norm_ : residual / newton.last_residual_;
+    const double slow = newton.is_steady_ ? 0.5 : 0.1;
     const bool falls_no_further = residual > 0.5 * newton.last_residual_;
     PetscInt most_iterations = 0;
     check(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most_iterations, nullptr));
@@ -212,9 +242,10 @@ PetscErrorCode Newton::converged(SNES snes, PetscInt iteration, PetscReal, Petsc
       *reason = SNES_CONVERGED_FNORM_ABS, newton.at_round_off_ = true;
     else if (iteration >= most_iterations)
       *reason = SNES_DIVERGED_MAX_IT;
-    else if (residual > newton.slow_ * newton.last_residual_)
+    else if (left > slow)
       newton.jacobian_is_old_ = true;  // a kept Jacobian has served its time
-    newton.last_residual_ = residual;
+    newton.last_residual_ = residual, newton.last_norm_ = R_norm;
+    if (newton.is_steady_ && !newton.knows_linear_tolerance_) newton.choose_linear_tolerance(left, residual);
   });
 }
 

@@ -8,6 +8,7 @@
 
 #include "base/petsc.hpp"
 #include "solve/heat_system.hpp"
+#include "solve/jacobian_operator.hpp"
 
 namespace calor {
 
@@ -19,7 +20,7 @@ class Newton {
     /// R(T) of the owned points; T covers the local points.
     std::function<void(std::span<double> T, std::span<double> R)> residual;
     /// dR/dT.
-    std::function<void(std::span<double> T, Mat J)> jacobian;
+    std::function<void(std::span<double> T, JacobianOperator& J)> jacobian;
     /// What of R counts as nothing near T, and what rounding alone may leave of it; both come in as zeros.
     std::function<void(std::span<double> T, std::span<double> tolerance, std::span<double> round_off)> tolerance;
     /// Corrects Newton's step from T, of the owned points: dT in, dT out. May be empty.
@@ -52,6 +53,8 @@ class Newton {
   /// From now on every step is shortened until the residual falls, whatever the equations say of it; or no longer.
   /// Slow, but it comes to an end where Newton's steps jump to and fro, as over the switching of a thermostat.
   void go_carefully(bool yes);
+  /// Whether the Jacobian is symmetric as the equations of a steady state scale it: what iterates on it.
+  void take_as_symmetric(bool yes);
   /// When convergence slows down, and in every iteration of a problem with `always_renew`.
   void always_renew(bool yes) { always_renew_ = yes; }
 
@@ -69,6 +72,10 @@ class Newton {
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   /// J_ at T_.
   void evaluate_jacobian();
+  /// How well the next linear equations of a steady state are solved: as the last step has shown that they are those of
+  /// the equations (Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16), and no better than what is left asks for.
+  /// `left`: |R| over what it was before that step, 0 in the first; `residual`: largest |R_i| / tolerance_i.
+  void choose_linear_tolerance(double left, double residual);
   KSP linear_solver() const;
   SNESLineSearch line_search() const;
   /// Largest |R_i| / unit_i. Collective.
@@ -77,16 +84,16 @@ class Newton {
 
   HeatSystem& system_;
   Equations equations_;
-  double slow_;                     ///< part of the residual that is left where a kept Jacobian has served its time
+  bool is_steady_, knows_linear_tolerance_ = false;
   std::vector<double> T_;           ///< local points
   std::vector<double> T_jacobian_;  ///< owned points, at the last Jacobian
   std::vector<double> tolerance_, round_off_;
-  double last_residual_ = 0;
+  double last_residual_ = 0, last_norm_ = 0;
   double unit_ = 0;  ///< of the equations that PETSc sees, see petsc::unit_of
   bool starts_ = true, fails_at_start_ = false, step_failed_ = false, at_round_off_ = false;
   bool has_jacobian_ = false, jacobian_is_old_ = true, always_renew_ = true;
   std::exception_ptr error_;
-  petsc::Matrix J_;
+  JacobianOperator J_;
   petsc::Vector x_, R_, b_;
   petsc::NonlinearSolver snes_;
 };

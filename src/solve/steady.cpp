@@ -32,21 +32,6 @@ double largest_flow(HeatSystem& system, std::span<double> T) {
   return largest;
 }
 
-/// sum_j |J_ij| of the owned rows.
-std::vector<double> row_sums(Mat J, int owned) {
-  std::vector<double> sums(owned);
-  PetscInt first = 0;
-  petsc::check(MatGetOwnershipRange(J, &first, nullptr));
-  for (int i = 0; i < owned; ++i) {
-    PetscInt count = 0;
-    const PetscScalar* values = nullptr;
-    petsc::check(MatGetRow(J, first + i, &count, nullptr, &values));
-    for (PetscInt n = 0; n < count; ++n) sums[i] += std::abs(values[n]);
-    petsc::check(MatRestoreRow(J, first + i, &count, nullptr, &values));
-  }
-  return sums;
-}
-
 /// The balances of the steady state and what they are judged by. Where the conductivity depends on temperature, the
 /// unknown of Newton's steps is theta = integral of k dT (Kirchhoff's transform), over the largest k: between pairs of
 /// one material the flow is linear in it, so that a Jacobian serves more than one step.
@@ -72,12 +57,12 @@ class SteadyState {
                   for (std::size_t i = 0; i < inertia_.size(); ++i) R[i] += inertia_[i] * (T[i] - T_before_[i]);
                 },
             .jacobian =
-                [this](std::span<double> T, Mat J) {
-                  system_.jacobian(0, T, 0, 1, J);
-                  row_sums_ = row_sums(J, system_.cloud().owned);
+                [this](std::span<double> T, JacobianOperator& J) {
+                  J.evaluate(0, T, 0, 1);
+                  row_sums_ = J.row_sums();
                   for (int i : system_.prescribed()) row_sums_[i] *= rate_;
                   if (first_row_sums_.empty()) first_row_sums_ = row_sums_;
-                  add_inertia(J);
+                  if (holds_back_) J.add_to_diagonal(inertia_);
                   scale(T, J);
                   hold_insulated(J);
                 },
@@ -91,11 +76,19 @@ class SteadyState {
   /// part of a step of theta may lead astray.
   void step_in_temperature() { by_theta_ = false; }
 
+  /// Are the Jacobians? Differences of theta are linear in the unknown of the steps, and nothing else is.
+  bool are_symmetric() const {
+    if (!by_theta_) return system_.jacobian_is_symmetric();
+    return system_.frozen_jacobian_is_symmetric() && system_.material().mean() == Mean::integral &&
+           conducts_everywhere_ && !system_.discretisation().conduction->ends();
+  }
+
   /// Lets every point hold heat as in an implicit step of time from T: by `part` of what it exchanged at the first
   /// guess. 0: none.
   void hold_back(double part, std::span<const double> T) {
     inertia_.clear();
-    if (part == 0) return;
+    holds_back_ = part != 0;
+    if (!holds_back_) return;
     for (const double exchanged : first_row_sums_) inertia_.push_back(part * exchanged);
     for (int i : system_.prescribed()) inertia_[i] = 0;
     T_before_.assign(T.begin(), T.end());
@@ -149,8 +142,8 @@ class SteadyState {
   }
 
   /// Rows of prescribed temperatures to W, columns to derivatives by the unknown of the steps.
-  void scale(std::span<double> T, Mat J) {
-    petsc::Vector rows = petsc::create_vector(J), columns = petsc::create_vector(J);
+  void scale(std::span<double> T, JacobianOperator& J) {
+    const petsc::Vector rows = petsc::create_vector(J.matrix()), columns = petsc::create_vector(J.matrix());
     {
       const petsc::View<double> row(rows);
       std::ranges::fill(row.values(), 1.0);
@@ -161,29 +154,18 @@ class SteadyState {
       for (double& value : k) value = 1 / value;
       petsc::copy(k, columns);
     }
-    petsc::check(MatDiagonalScale(J, rows, by_theta_ ? static_cast<Vec>(columns) : nullptr));
-  }
-
-  void add_inertia(Mat J) const {
-    PetscInt first = 0;
-    petsc::check(MatGetOwnershipRange(J, &first, nullptr));
-    for (std::size_t i = 0; i < inertia_.size(); ++i) {
-      const PetscInt row = first + static_cast<PetscInt>(i);
-      petsc::check(MatSetValue(J, row, row, inertia_[i], ADD_VALUES));
-    }
-    petsc::assemble(J);
+    J.scale(rows, by_theta_ ? static_cast<Vec>(columns) : nullptr);
   }
 
   /// Nothing flows to or from points within an insulator: their temperatures stay as they are.
-  void hold_insulated(Mat J) const {
-    const double largest = max(system_.cloud().comm, row_sums_.empty() ? 0 : std::ranges::max(row_sums_));
-    PetscInt first = 0;
-    petsc::check(MatGetOwnershipRange(J, &first, nullptr));
-    for (std::size_t i = 0; i < row_sums_.size(); ++i) {
-      const PetscInt row = first + static_cast<PetscInt>(i);
-      if (row_sums_[i] == 0) petsc::check(MatSetValue(J, row, row, largest, INSERT_VALUES));
-    }
-    petsc::assemble(J);
+  void hold_insulated(JacobianOperator& J) const {
+    const MPI_Comm comm = system_.cloud().comm;
+    if (!any(comm, std::ranges::find(row_sums_, 0.0) != row_sums_.end())) return;
+    const double largest = max(comm, row_sums_.empty() ? 0 : std::ranges::max(row_sums_));
+    std::vector<double> held;
+    held.reserve(row_sums_.size());
+    for (const double sum : row_sums_) held.push_back(sum == 0 ? largest : 0);
+    J.add_to_diagonal(held);
   }
 
   /// Are the temperatures others than those of flow_? The last steps do not change it, and it takes longer than a
@@ -207,7 +189,7 @@ class SteadyState {
       T_of_flow_.assign(T.begin(), T.begin() + cloud.owned);
     }
     constexpr double on_the_way = 1e-4;
-    std::ranges::fill(tolerance, (inertia_.empty() ? relative_ : on_the_way) * flow_);
+    std::ranges::fill(tolerance, (holds_back_ ? on_the_way : relative_) * flow_);
     // Prescribed temperatures may be rows of their own, in units of their own.
     std::vector<double> scale(cloud.owned);
     system_.residual_scale(0, T, scale);
@@ -224,7 +206,7 @@ class SteadyState {
   HeatSystem& system_;
   double relative_, flow_ = 0;
   double rate_;  ///< 1/s
-  bool by_theta_;
+  bool by_theta_, conducts_everywhere_ = true, holds_back_ = false;
   double largest_k_ = 1;  ///< at the first guess, W/(m K)
   std::vector<double> T_of_flow_;
   std::vector<double> row_sums_, first_row_sums_;  ///< of the last Jacobian and the first; empty before that
@@ -240,6 +222,7 @@ Newton::Result march(SteadyState& equations, Newton& newton, std::span<double> T
   int iterations = 0;
   double part = 1;
   equations.step_in_temperature();
+  newton.take_as_symmetric(equations.are_symmetric());
   for (int step = 0; step < most_steps && part < most; ++step) {
     std::vector<double> next(T.begin(), T.end());
     equations.hold_back(part, T);
@@ -277,6 +260,7 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
   SteadyState equations(system, relative, state.T);
   Newton newton(system, equations.equations(), true);
   newton.always_renew(false);
+  newton.take_as_symmetric(equations.are_symmetric());
   const auto failure = [&](const Newton::Result& result) -> std::exception_ptr {
     constexpr double part_of_span = 1e-2;  // where points are few
     try {

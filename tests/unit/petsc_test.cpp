@@ -33,7 +33,7 @@ class Trouble {
     Newton newton(
         system,
         {.residual = [&](auto T, auto R) { here(Where::residual), system.residual(0, T, 1, {}, R); },
-         .jacobian = [&](auto T, Mat J) { here(Where::jacobian), system.jacobian(0, T, 0, 1, J); },
+         .jacobian = [&](auto T, JacobianOperator& J) { here(Where::jacobian), J.evaluate(0, T, 0, 1); },
          .tolerance = [&](auto, auto tolerance, auto) { here(Where::tolerance), std::ranges::fill(tolerance, 1e-12); },
          .correct_step = [&](auto, auto) { here(Where::bend); },
          .residual_may_grow = true},
