@@ -23,6 +23,7 @@
 #include "output/thermal_stress.hpp"
 #include "output/weld.hpp"
 #include "solve/integrator.hpp"
+#include "solve/linear_solver.hpp"
 #include "solve/stepper.hpp"
 
 namespace calor {
@@ -38,14 +39,18 @@ double resident_memory() {
   return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE));
 }
 
+/// What a run takes besides what building leaves.
+enum class Solution { explicit_steps, matrix, products };
+
 /// Bytes that the process with the most of them will need: what building took at its worst, or what is left of it with
-/// the arrays of steps and fields and, where equations are solved, their matrix and its preconditioner. Collective.
-double expected_memory(const Cloud& cloud, double pairs, bool solves) {
-  constexpr double of_point = 90, of_pair = 24;
+/// the arrays of steps and fields and, where equations are solved, their matrix (or, by products, that of the nearest
+/// pairs and the arrays of the iteration) and its preconditioner. Collective.
+double expected_memory(const Cloud& cloud, double pairs, Solution solution) {
+  const double of_point = solution == Solution::products ? 560 : 90, of_pair = solution == Solution::matrix ? 24 : 0;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double share = 1.0 / size_of(cloud.comm);
-  const double more = share * (of_point * static_cast<double>(cloud.count) + (solves ? of_pair * pairs : 0));
+  const double more = share * (of_point * static_cast<double>(cloud.count) + of_pair * pairs);
   return max(cloud.comm, std::max(1024. * static_cast<double>(usage.ru_maxrss), resident_memory() + more));
 }
 
@@ -79,8 +84,11 @@ int check_case(const Case& c, MPI_Comm comm) {
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;
   const double prescribed = static_cast<double>(total(comm, static_cast<std::int64_t>(system.prescribed().size())));
   const double pairs = model.weights.contains("pairs") ? model.weights.at("pairs") : 0;
-  const bool solves = !integrator || !integrators().find(integrator->name())->is_explicit;
-  const double memory = expected_memory(cloud, pairs, solves);
+  const Solution solution = multiplies_without_matrix(system, !integrator) ? Solution::products
+                            : !integrator || !integrators().find(integrator->name())->is_explicit
+                                ? Solution::matrix
+                                : Solution::explicit_steps;
+  const double memory = expected_memory(cloud, pairs, solution);
   const auto powers = system.source_powers(0, system.temperatures(state.T));
   if (rank_of(comm) != 0) return 0;
 
