@@ -7,7 +7,7 @@ _calor_offer() {
 }
 
 _calor() {
-  local verbs="run check cloud verify new examples doc help plot report certify fit study optimise"
+  local verbs="run check cloud show units verify new examples doc help plot report certify fit study optimise"
   local word=${COMP_WORDS[COMP_CWORD]} before=${COMP_WORDS[COMP_CWORD-1]} verb=${COMP_WORDS[1]} words=
   COMPREPLY=()
   if [ "$COMP_CWORD" = 1 ]; then
@@ -38,7 +38,7 @@ _calor() {
   fi
   _calor_offer "$(compgen -W "$words" -- "$word")"
   case $verb in
-    run | check | cloud | verify | certify | fit | study | optimise)
+    run | check | cloud | show | verify | certify | fit | study | optimise)
       [ "$COMP_CWORD" = 1 ] || [ "$before" = --units ] || [ "${word#-}" != "$word" ] ||
         _calor_offer "$(compgen -f -X '!*.toml' -- "$word"; compgen -d -- "$word")"
       ;;

@@ -25,7 +25,7 @@ a section, a key, a chapter, or what speaks of a word: `calor doc cloud`, `calor
 ## Units
 
 A quantity is a number with its unit in quotes: `"15 mm"`, `"350 W/(m^2 K)"`, `"20 degC"`. Any unit of that dimension
-will do; a plain number where a unit is needed is an error. Results are in SI units. A difference (a tolerance) takes no offset:
+will do (`calor units degF K` says how one converts); a plain number where a unit is needed is an error. Results are in SI units. A difference (a tolerance) takes no offset:
 `"1 degC"` is 1 K there. A relative one is a text with per cent: `"0.5 %"`. Where a list is wanted, a single value may
 go without brackets.
 
@@ -80,7 +80,8 @@ in between along every axis. It must cover the body.
 
 `calor run CASE.toml KEY=VALUE ...` changes keys for one run: `calor run disc.toml cloud.rings=40 "time.end=5 s"`. A `[[variant]]` gives a set
 of changes a name: `calor run CASE.toml variant=NAME`; `calor verify` runs the case and all its variants. A change drops what it
-replaces: `cloud.points=41` a spacing, `cloud.shape=box` the keys that went with the old shape.
+replaces: `cloud.points=41` a spacing, `cloud.shape=box` the keys that went with the old shape. `calor show CASE.toml variant=NAME KEY=VALUE`
+prints what comes out, as a file.
 
 ## Sections
 )md";

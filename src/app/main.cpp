@@ -210,7 +210,7 @@ std::vector<std::string> without_ranks(int argc, char** argv) {
 
 /// What the first word of the command line says to do.
 struct Verbs {
-  CLI::App *run, *check, *cloud, *verify, *fresh, *list, *doc, *help;
+  CLI::App *run, *check, *cloud, *show, *units, *verify, *fresh, *list, *doc, *help;
   std::vector<CLI::App*> of_python;  ///< which the Python package carries out
 };
 
@@ -237,6 +237,12 @@ Verbs add_verbs(CLI::App& app, CommandLine& a) {
       "store the run and end it after this time, e.g. 90s or 3h (code 75)");
   run->add_flag("--quiet", a.quiet, "print errors and failed expectations only");
 
+  CLI::App* show = all.show = app.add_subcommand("show", "print a case with its variant and changes, as a file");
+  show->add_option("CASE", a.case_file, "case file (TOML)")->required();
+  show->add_option("key=value", a.overrides, "changes to the case, or variant=NAME");
+  CLI::App* units = all.units = app.add_subcommand("units", "say how a unit converts to another one");
+  units->add_option("UNIT", a.key, "such as degF")->required();
+  units->add_option("OTHER", a.name, "such as K")->required();
   CLI::App* verify = all.verify = app.add_subcommand("verify", "run cases and compare with what they expect");
   verify->add_option("CASE|FOLDER", a.paths, "default: cases");
   verify->add_option("--json", a.json, "file for the results as a list");
@@ -295,6 +301,8 @@ int command(int argc, char** argv) {
     if (*verbs.list) return finish_output(list_examples(a.key));
     if (std::ranges::any_of(verbs.of_python, [](CLI::App* verb) { return verb->parsed(); }))
       become_python({argv + 1, argv + argc});
+    if (*verbs.show) return finish_output(show_case(Case::read(a.case_file, schema(), a.overrides)));
+    if (*verbs.units) return finish_output(show_unit(a.key, a.name));
     if (*verbs.doc) {
       say(a.as_schema     ? json_schema(schema())
           : a.key.empty() ? manual(schema())

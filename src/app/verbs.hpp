@@ -16,6 +16,11 @@ int check_case(const Case& c, MPI_Comm comm);
 /// Makes the cloud alone, writes it as NAME.vtu and NAME-surface.vtp, and tells how good it is. Collective.
 int show_cloud(const Case& c, const std::string& name, MPI_Comm comm);
 
+/// Prints the case as a file of its own, as a run sees it; with its variants where none was chosen.
+int show_case(const Case& c);
+/// Prints how a unit converts: what a difference of 1 is, and what 0 is. Throws Error(command).
+int show_unit(const std::string& unit, const std::string& other);
+
 /// Runs the cases below the given files and folders, with all their variants, as far as they carry [[expect]] entries;
 /// a line each, then 'N passed, M failed'. `json`: file for the list of results, or empty. Collective.
 int verify(const std::vector<std::string>& paths, const std::string& json, MPI_Comm comm);

@@ -166,11 +166,13 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
       changes.push_back(change);
       continue;
     }
+    const Value in_quotes = read_toml_value(change.value, {.file = "command line (variant)"});
+    const std::string wanted = in_quotes.type == Value::Type::text ? in_quotes.text : change.value;
     if (variant)
       throw Error(Fault::command, SourceLocation{.file = name},
-                  fmt::format("two variants are asked for, \"{}\" and \"{}\"", chosen, change.value),
+                  fmt::format("two variants are asked for, \"{}\" and \"{}\"", chosen, wanted),
                   "a run takes one: give the other changes as key=value");
-    chosen = change.value;
+    chosen = wanted;
     const auto found = std::ranges::find(variants, chosen);
     if (found == variants.end())
       throw Error(Fault::command, SourceLocation{.file = name}, fmt::format("there is no variant \"{}\"", chosen),
@@ -199,7 +201,8 @@ Case Case::parse(const std::string& text, const std::string& name, const Schema&
     change_case(keys, *node->root, split_path(change.path), read_toml_value(change.value, location));
   }
   check(*node->root);
-  std::erase_if(node->root->entries, [](const Entry& entry) { return entry.key == "variant"; });
+  if (variant)  // it is in its place, and the others start from the case as it was
+    std::erase_if(node->root->entries, [](const Entry& entry) { return entry.key == "variant"; });
   node->value = node->root.get();
   node->location = node->value->location;
   node->context = context;

@@ -13,37 +13,6 @@
 namespace calor {
 namespace {
 
-/// TOML in one line.
-std::string toml_of(const Value& v) {
-  std::string inner;
-  switch (v.type) {
-    case Value::Type::text: {
-      for (const char c : v.text) {
-        if (c == '"' || c == '\\') inner += '\\';
-        inner += c == '\n' ? "\\n" : c == '\t' ? "\\t" : std::string(1, c);
-      }
-      return '"' + inner + '"';
-    }
-    case Value::Type::flag:
-      return v.flag ? "true" : "false";
-    case Value::Type::integer:
-      return fmt::format("{}", v.integer);
-    case Value::Type::number:
-      return fmt::format("{}", v.number);  // the shortest text that is this number
-    case Value::Type::list:
-      for (const Value& entry : v.list) inner += (inner.empty() ? "" : ", ") + toml_of(entry);
-      return '[' + inner + ']';
-    case Value::Type::table:
-      for (const Entry& entry : v.entries)
-        inner += fmt::format("{}{} = {}", inner.empty() ? "" : ", ", toml_of(Value::of_text(entry.key, {})),
-                             toml_of(entry.value));
-      return '{' + inner + '}';
-    case Value::Type::date:
-      break;  // no key takes one
-  }
-  return "\"\"";
-}
-
 /// The number of a value and its unit; nothing where it is none.
 std::optional<NumberWithUnit> number_of(const Value& v) {
   if (v.is_number()) return NumberWithUnit{v.number, ""};
@@ -124,13 +93,10 @@ Case CaseNumbers::with(std::span<const double> values) const {
   auto next = values.begin();
   for_numbers(*find(root, keys_, entry_), "", [&](double& value, const std::string&) { value = *next++; });
   for (const char* unread :
-       {"fit", "study", "optimise", "expect"})  // a run takes no notice of them, or does not change
+       {"fit", "study", "optimise", "expect", "variant"})  // a run takes no notice of them, or does not change
     std::erase_if(root.entries, [&](const Entry& entry) { return entry.key == unread; });
-  std::string text;
-  for (const Entry& entry : root.entries)
-    text += fmt::format("{} = {}\n", toml_of(Value::of_text(entry.key, {})), toml_of(entry.value));
   const Table::Node& node = case_.root().node();
-  return Case::parse(text, case_.path(), *node.schema, {}, node.context->callbacks);
+  return Case::parse(toml_of(root), case_.path(), *node.schema, {}, node.context->callbacks);
 }
 
 }  // namespace calor

@@ -177,6 +177,7 @@ std::string json_of(const Table::Node& node) {
     return std::ranges::count(names, name) > 0;
   };
   for (const Entry& entry : node.value ? node.value->entries : std::vector<Entry>{}) {
+    if (node.path.empty() && entry.key == "variant") continue;  // another case
     const bool is_section = is_in(node.known.tables, entry.key);
     const bool is_named = !node.known.find(entry.key) && node.known.named_tables;
     if (entry.value.is_table() && (is_section || is_named)) {

@@ -3,6 +3,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
+#include <cmath>
+
+#include "case/json.hpp"
 
 namespace calor {
 namespace {
@@ -17,7 +21,68 @@ std::string form_of_function(const Value& v) {
 /// Laws of few numbers, of which one may be changed alone.
 bool is_law(const std::string& form) { return form == "power" || form == "exponential" || form == "hump"; }
 
+std::string toml_key(const std::string& key) {
+  const auto is_bare = [](unsigned char c) { return std::isalnum(c) || c == '_' || c == '-'; };
+  return !key.empty() && std::ranges::all_of(key, is_bare) ? key : json_string(key);
+}
+
+/// A value on one line.
+std::string toml_value(const Value& v) {
+  std::string inner;
+  switch (v.type) {
+    case Value::Type::text:
+      return json_string(v.text);
+    case Value::Type::flag:
+      return v.flag ? "true" : "false";
+    case Value::Type::integer:
+      return fmt::format("{}", v.integer);
+    case Value::Type::number:  // the shortest text that is this number, and no integer
+      return std::isfinite(v.number) && v.number == std::trunc(v.number) && std::abs(v.number) < 1e15
+                 ? fmt::format("{:.1f}", v.number)
+                 : fmt::format("{}", v.number);
+    case Value::Type::list:
+      for (const Value& entry : v.list) inner += (inner.empty() ? "" : ", ") + toml_value(entry);
+      return '[' + inner + ']';
+    case Value::Type::table:
+      for (const Entry& entry : v.entries)
+        inner += fmt::format("{} {} = {}", inner.empty() ? "" : ",", toml_key(entry.key), toml_value(entry.value));
+      return '{' + inner + " }";
+    case Value::Type::date:
+      break;  // no key takes one
+  }
+  return "\"\"";
+}
+
+bool is_list_of_tables(const Value& v) {
+  return v.type == Value::Type::list && !v.list.empty() && std::ranges::all_of(v.list, &Value::is_table);
+}
+
+bool takes_a_section(const Entry& entry) { return entry.value.is_table() || is_list_of_tables(entry.value); }
+
+/// The keys of a table, then its tables as sections; `path` of the table with a dot behind it. What stands before a key
+/// stays on a line before it, but for the top of the file: the order is kept.
+std::string toml_section(const Value& table, const std::string& path) {
+  const auto last_key = std::find_if_not(table.entries.rbegin(), table.entries.rend(), takes_a_section).base();
+  std::string keys, sections;
+  for (auto entry = table.entries.begin(); entry != table.entries.end(); ++entry) {
+    const Value& value = entry->value;
+    const std::string name = path + toml_key(entry->key);
+    if (!takes_a_section(*entry) || (entry < last_key && !path.empty())) {
+      keys += fmt::format("{} = {}\n", toml_key(entry->key), toml_value(value));
+    } else if (value.is_table()) {
+      const std::string inner = toml_section(value, name + '.');
+      const bool holds_sections_alone = inner.starts_with('\n');  // which need no heading above theirs
+      sections += holds_sections_alone ? inner : fmt::format("\n[{}]\n{}", name, inner);
+    } else {
+      for (const Value& one : value.list) sections += fmt::format("\n[[{}]]\n{}", name, toml_section(one, name + '.'));
+    }
+  }
+  return keys + sections;
+}
+
 }  // namespace
+
+std::string toml_of(const Value& table) { return toml_section(table, ""); }
 
 Value Value::empty_table(const SourceLocation& location) {
   Value v;

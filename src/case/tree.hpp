@@ -49,6 +49,9 @@ Value read_toml(const std::string& text, const std::string& file);
 /// disc). Every part of it gets `location`. Throws Error(bad_case).
 Value read_toml_value(const std::string& text, const SourceLocation& location);
 
+/// A table as TOML, from which it is read again: plain keys first, then a section for every table.
+std::string toml_of(const Value& table);
+
 /// Keys of a dotted path: cloud.radius, material."my steel".density. Throws Error(command).
 std::vector<std::string> split_path(const std::string& path);
 

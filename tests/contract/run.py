@@ -45,7 +45,7 @@ class Contract(unittest.TestCase):
         self.assertIn("did you mean 'cloud.radius'?", done.stderr)
 
     def test_help_lists_the_verbs_and_nothing_that_does_not_exist(self):
-        for verb in ("run", "check", "cloud", "verify", "new", "examples", "doc", "help"):
+        for verb in ("run", "check", "cloud", "show", "units", "verify", "new", "examples", "doc", "help"):
             self.assertIn(verb, self.calor("--help").stdout)
             self.assertIn(f"Usage: calor {verb}", self.calor("help", verb).stdout)
         self.assertEqual(self.calor("help").stdout, self.calor("--help").stdout)
@@ -53,6 +53,26 @@ class Contract(unittest.TestCase):
         for option in ("-j", "-o", "--quiet", "--restart", "--time-limit"):
             self.assertIn(option, self.calor("run", "--help").stdout)
         self.assertRegex(self.calor("--version").stdout, r"^calor \d+\.\d+\.\d+\n$")
+
+    def test_show_prints_the_case_that_runs(self):
+        self.calor("new", "plate")
+        (self.here / "plate.toml").write_text((self.here / "plate.toml").read_text() + '[[variant]]\nname = "fine"\nset = { cloud.points = [41, 21] }\n')
+        shown = self.calor("show", "plate.toml", "variant=fine", "time.end=1 min").stdout
+        (self.here / "shown.toml").write_text(shown)
+        self.assertEqual(self.calor("show", "shown.toml").stdout, shown)
+        self.assertIn("points = [41, 21]", shown)
+        self.assertNotIn("variant", shown)
+        self.assertIn("[[variant]]", self.calor("show", "plate.toml").stdout)
+        checked, as_given = self.calor("check", "shown.toml").stdout, self.calor("check", "plate.toml", 'variant="fine"', "time.end=1 min").stdout
+        self.assertEqual(checked.splitlines()[1:3], as_given.splitlines()[1:3])  # below the name
+        self.assertIn("points                861", checked)
+        self.calor("show", "plate.toml", "cloud.pionts=3", code=3)
+
+    def test_units_says_how_a_unit_converts(self):
+        # By definition: 1 degF is 5/9 K, and 32 degF are 273.15 K; a day has 86400 s.
+        self.assertRegex(self.calor("units", "degF", "K").stdout, r"^a difference of 1 degF is 0.55555555555555\d* K, 0 degF is 255.372222222222\d* K\n$")
+        self.assertEqual(self.calor("units", "day", "s").stdout, "a difference of 1 day is 86400 s, 0 day is 0 s\n")
+        self.assertIn("cannot be converted", self.calor("units", "m", "K", code=2).stderr)
 
     def test_bash_completes_every_verb_and_its_options(self):
         def completed(*words):

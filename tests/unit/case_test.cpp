@@ -6,7 +6,9 @@
 #include <filesystem>
 
 #include "case/json.hpp"
+#include "case/keys.hpp"
 #include "case/schema.hpp"
+#include "case/tree.hpp"
 #include "case/values.hpp"
 #include "errors.hpp"
 #include "results.hpp"
@@ -701,6 +703,30 @@ TEST(CaseJson, HoldsListsAndTables) {
   EXPECT_NE(json.find("\"steady\": {\"max_iterations\": 50}"), json.npos) << json;
   EXPECT_NE(json.find("\"expect\": [{\"within\": [\"1 K\", 2], \"filter\": {\"B\": 0.5}}]"), json.npos) << json;
 }
+
+// TOML
+
+TEST(CaseToml, IsReadAgainAsTheSameCase) {
+  const std::string more =
+      "note = \"a \\\"b\\\"\\n\"\nshare = 1.0\n[material.\"my steel\"]\nconductivity = { table = [[300, 5], [400, "
+      "1e-7]], unit "
+      "= \"W/(m K)\" }\n[steady]\n[[expect]]\nwithin = [\"1 K\", 2]\nfilter = { B = 0.5 }\n[[expect]]\nwithin = \"1 "
+      "K\"\n";
+  const std::string text = toml_of(*with(more).root().node().root);
+  EXPECT_EQ(parse(text).json(), with(more).json()) << text;
+  EXPECT_EQ(toml_of(*parse(text).root().node().root), text);
+  EXPECT_TRUE(begins(text, "title = \"A case\"\n\n[cloud]\n\n[material.steel]\nconductivity = \"50 W/(m K)\"\n"))
+      << text;
+}
+
+TEST(CaseToml, HasTheVariantInItsPlaceOrAllWhereNoneWasChosen) {
+  const auto variants_in = [](const Case& c) { return toml_of(*c.root().node().root).find("[[variant]]"); };
+  EXPECT_EQ(variants_in(with(two_variants, {"variant=deep"})), std::string::npos);
+  EXPECT_NE(variants_in(with(two_variants)), std::string::npos);
+  EXPECT_EQ(with(two_variants).json().find("variant"), std::string::npos);
+}
+
+TEST(Overrides, ChooseAVariantInQuotesToo) { EXPECT_EQ(with(two_variants, {"variant=\"deep\""}).name(), "a/deep"); }
 
 TEST(Json, EscapesTextsAndKeepsAllDigits) {
   EXPECT_EQ(json_string("a \"b\"\\\n\x01 µ"), "\"a \\\"b\\\"\\\\\\n\\u0001 µ\"");
