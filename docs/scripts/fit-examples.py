@@ -36,7 +36,7 @@ def make_readings(name):
     random = np.random.default_rng(SEED)
     data = written["fit"]["data"]
     columns = [entry for entry in data if "probe" in entry]
-    noise = quantities.to_si(columns[0]["noise"], "K", difference=True)
+    noise = quantities.in_unit(columns[0]["noise"], "K", difference=True)
     probes = result.probes
     with open(f"{name}.csv", "w", newline="") as file:
         table = csv.writer(file, lineterminator="\n")

@@ -6,7 +6,7 @@ import pathlib
 import signal
 import sys
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, NoReturn
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -22,20 +22,42 @@ def plane(text: str) -> tuple[str, float]:
     axis, _, at = text.partition("=")
     if axis not in ("x", "y", "z"):
         raise argparse.ArgumentTypeError(f"'{text}' is no plane: write it as in y=\"10 mm\"")
-    from .command import CaseError
-    from .quantities import to_si
+    from .command import CalorError
+    from .quantities import in_unit
     try:
-        return axis, to_si(at, "m")
-    except CaseError as error:
+        return axis, in_unit(at, "m")
+    except CalorError as error:
         raise argparse.ArgumentTypeError(str(error)) from None
 
 
+class Parser(argparse.ArgumentParser):
+    """Tells what is wrong in one line."""
+
+    def error(self, message: str) -> NoReturn:
+        self.exit(2, f"{self.prog}: {message} ({self.prog} --help says more)\n")
+
+
+def count(text: str) -> int:
+    """Of runs side by side."""
+    if not text.isdecimal() or not 1 <= int(text) <= 1000:
+        raise argparse.ArgumentTypeError(f"'{text}' is no number of runs side by side: write 1, 2, ...")
+    return int(text)
+
+
+def numbers(text: str) -> list[float]:
+    """[1, 1.5, 2] of "1,1.5,2"."""
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' are no numbers with commas between: write 1,1.5,2") from None
+
+
 def read_arguments(words: list[str]) -> argparse.Namespace:
-    parser = argparse.ArgumentParser(prog="calor", description=__doc__)
+    parser = Parser(prog="calor", description=__doc__)
     verbs = parser.add_subparsers(dest="verb", required=True)
     plot = verbs.add_parser("plot", help="draw pictures of a result")
     plot.add_argument("result", help="folder that calor run has written")
-    plot.add_argument("what", nargs="*", help="section, surface, lines, probes, pool, balance, energy, stress, film; default: all that there are")
+    plot.add_argument("what", nargs="*", default=[], help="section, surface, lines, probes, pool, balance, energy, stress, film; default: all that there are")
     plot.add_argument("-o", "--output", help="folder for the pictures (default: RESULT/pictures)")
     plot.add_argument("--field", default="temperature", help="field of sections, surfaces and films (default: temperature)")
     plot.add_argument("--time", type=float, help="of sections and surfaces, s (default: the end)")
@@ -50,21 +72,18 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
         verb.add_argument("--units", choices=["K", "degC", "degF"], help="of temperatures (default: that of [output])")
     certify = verbs.add_parser("certify", help="say how sure the numbers of a case are")
     certify.add_argument("case", metavar="CASE", help="case file")
-    certify.add_argument("changes", metavar="key=value", nargs="*", help="changes to the case, or variant=NAME")
     certify.add_argument("--methods", default="sph,peridynamics,mlpg", help="with commas between (default: all three)")
     certify.add_argument("--budget", default="5min", help="time that decides how many spacings there are, e.g. 90s or 1h (default: 5min)")
-    certify.add_argument("--refine", help="in place of a budget how many times as fine as in the case, e.g. 1,1.5,2,3")
-    certify.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
+    certify.add_argument("--refine", type=numbers, help="in place of a budget how many times as fine as in the case, e.g. 1,1.5,2,3")
     certify.add_argument("-o", "--output", help="folder (default: results/CASE-certificate)")
     certify.add_argument("--twin", action="store_true", help="the order of the error of its twin, whose solution is known, in place of bars")
     fit = verbs.add_parser("fit", help="find unknown numbers of a case from measurements")
     fit.add_argument("case", metavar="CASE", help="case file with [[fit.unknown]] and [[fit.data]]")
-    fit.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
     fit.add_argument("-o", "--output", help="folder (default: results/CASE-fit)")
     study = verbs.add_parser("study", help="run a case with other values of its keys")
     study.add_argument("case", metavar="CASE", help="case file, with [study] or without")
-    study.add_argument("values", metavar="key=[values]", nargs="*", help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]")
-    study.add_argument("-j", type=int, default=1, help="runs side by side (default: 1)")
+    study.add_argument("values", metavar="key=[values]", nargs="*", default=[],
+                       help="such as method=[sph,mlpg] or cloud.spacing=[\"1 mm\",\"2 mm\"]; key=value changes the case, variant=NAME takes a variant")
     study.add_argument("-o", "--output", help="folder (default: results/CASE-study)")
     study.add_argument("--rows", action="store_true", help="the lists are columns of a table: run every row, not every combination")
     study.add_argument("--sobol", action="store_true", help="by which numbers of [study.range] the results vary: Sobol's indices")
@@ -72,9 +91,13 @@ def read_arguments(words: list[str]) -> argparse.Namespace:
     optimise.add_argument("case", metavar="CASE", help="case file with [optimise]")
     optimise.add_argument("-o", "--output", help="folder (default: results/CASE-optimum)")
     optimise.add_argument("--picture", help="file for a picture of composition, temperature and stress before and after")
+    for verb in (certify, fit, optimise):
+        verb.add_argument("changes", metavar="key=value", nargs="*", default=[], help="changes to the case, or variant=NAME")
+    for verb in (certify, fit, study):
+        verb.add_argument("-j", type=count, default=1, help="runs side by side (default: 1)")
     # argparse takes the words of a list in one row alone: those behind an option are left over.
     options, rest = parser.parse_known_args(words)
-    words_of = {"plot": "what", "certify": "changes", "study": "values"}.get(options.verb)
+    words_of = {"plot": "what", "study": "values", "report": ""}.get(options.verb, "changes")
     if rest and (not words_of or any(word.startswith("-") for word in rest)):
         parser.error(f"unrecognized arguments: {' '.join(rest)}")
     if words_of:
@@ -104,7 +127,8 @@ def tell_pictures(write: Callable[[], pathlib.Path]) -> None:
 
 def write_fit(options: argparse.Namespace) -> int:
     from . import fit
-    found = fit.fit(options.case, options.output, j=options.j, say=tell)
+    from .case import Case
+    found = fit.fit(Case(options.case, options.changes), options.output, j=options.j, say=tell)
     print(found.table())
     tell_pictures(lambda: picture(found.folder / "fit.png", found.plot))
     print(f"{found.folder / 'fit.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-fitted.toml'}")
@@ -114,21 +138,26 @@ def write_fit(options: argparse.Namespace) -> int:
 def write_study(options: argparse.Namespace) -> int:
     from . import study, toml
     from .command import CommandError
-    values = {}
+    from .case import Case
+    values: dict[str, list[Any]] = {}
+    changes = []
     for text in options.values:
         key, value = toml.change(text)
         if isinstance(value, str) and value.startswith("[") and value.endswith("]"):  # words without quotes
             value = [word.strip() for word in value[1:-1].split(",")]
-        values[key] = value if isinstance(value, list) else [value]
+        if isinstance(value, list):
+            values[key] = value
+        else:
+            changes.append(text)
     if options.sobol and values:
         raise CommandError("--sobol takes the ranges of the case alone: leave the values out")
-    done = study.study(options.case, options.output, values=values, rows=options.rows, j=options.j, say=tell)
+    case = Case(options.case, changes)
+    done = study.study(case, options.output, values=values, rows=options.rows, j=options.j, say=tell)
     again = f", {done.reused} of them from before" if done.reused else ""
     failed = sum("failed" in row for row in done.rows)
     if options.sobol:
         from . import sobol
-        from .case import Case
-        print(sobol.table(sobol.sobol(done, Case(options.case).to_dict().get("study", {}).get("range", {}))))
+        print(sobol.table(sobol.sobol(done, case.to_dict().get("study", {}).get("range", {}))))
     tell_pictures(lambda: picture(done.folder / "study.png", done.plot))
     print(f"{len(done.rows)} runs{again}{f', {failed} failed' if failed else ''}: {done.folder / 'study.csv'}")
     return int(failed > 0)
@@ -136,7 +165,8 @@ def write_study(options: argparse.Namespace) -> int:
 
 def write_optimum(options: argparse.Namespace) -> int:
     from . import optimise
-    found = optimise.optimise(options.case, options.output, say=tell)
+    from .case import Case
+    found = optimise.optimise(Case(options.case, options.changes), options.output, say=tell)
     print(found.table())
     print(f"{found.folder / 'optimum.json'}, {found.folder / f'{pathlib.Path(options.case).stem}-best.toml'}")
     if options.picture:
@@ -145,20 +175,15 @@ def write_optimum(options: argparse.Namespace) -> int:
 
 
 def write_certificate(options: argparse.Namespace) -> int:
-    from . import certify, toml
+    from . import certify
     from .case import Case
-    changes = dict(toml.change(text) for text in options.changes)
-    variant = changes.pop("variant", None)
-    factors = [float(text) for text in options.refine.split(",")] if options.refine else None
+    case, methods = Case(options.case, options.changes), options.methods.split(",")
     if options.twin:
         from . import twin
-        done = twin.twin(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","), factors=factors,
-                         j=options.j, say=tell)
-        print(done.table())
+        print(twin.twin(case, options.output, methods=methods, factors=options.refine, j=options.j, say=tell).table())
         return 0
-    certificate = certify.certify(Case(options.case, changes, variant=variant), options.output, methods=options.methods.split(","),
-                                  budget=certify.seconds(options.budget), factors=factors, j=options.j,
-                                  say=tell)
+    certificate = certify.certify(case, options.output, methods=methods, budget=certify.seconds(options.budget), factors=options.refine,
+                                  j=options.j, say=tell)
     print(certificate.table())
     tell_pictures(certificate.write_page)
     print(certificate.folder / "certificate.json")
@@ -219,7 +244,7 @@ def main(words: list[str]) -> int:
             print(f"calor: {error}", file=sys.stderr)
             return getattr(error, "code", CommandError.code)
         except OSError as error:
-            print(f"calor: {error.filename}: {error.strerror}", file=sys.stderr)
+            print(f"calor: {error.filename or 'standard output'}: {error.strerror}", file=sys.stderr)
             return FileError.code
     except KeyboardInterrupt:
         print("calor: interrupted; what has run so far is kept", file=sys.stderr)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import convergence, refine, toml
+from . import convergence, refine
 from .case import Case
 from .command import CalorError, CaseError, CommandError, FileError, side_by_side, together
 from .result import Result
@@ -109,8 +109,8 @@ class Certificate:
         self.beyond = ""  # what the next level would have taken
         self.started = time.monotonic()
         self.written = case.to_dict()
-        if case.variant:
-            self._take_variant(case.variant)
+        if not isinstance(self.written["cloud"], Mapping):
+            raise CaseError(f"{case.name} has no [cloud] that could be refined")
 
     @property
     def title(self) -> str:
@@ -125,12 +125,6 @@ class Certificate:
         """certificate.html, with all statements and the picture. Needs python3-matplotlib."""
         from . import figures
         return figures.certificate_page(self)
-
-    def _take_variant(self, name: str) -> None:
-        for variant in self.written.get("variant", []):
-            if variant.get("name") == name:
-                return toml.merge(self.written, dict(variant.get("set", {})))
-        raise CommandError(f"there is no variant '{name}'")
 
     def _run(self, method: str, factor: float, in_time: Mapping[str, Any]) -> Run:
         changes, reached = refine.refined(self.written["cloud"], factor)
@@ -278,6 +272,13 @@ class Certificate:
         return path
 
 
+def check_methods(methods: Sequence[str]) -> None:
+    """Raises CommandError where one of these is none, or is named twice."""
+    for n, method in enumerate(methods):
+        if method not in METHODS or method in methods[:n]:
+            raise CommandError(f"'{method}' is no method, or named twice: take some of {', '.join(METHODS)}")
+
+
 def certify(case: Case | str, folder: str | pathlib.Path | None = None, *, methods: Sequence[str] = METHODS, budget: float = 300,
             factors: Sequence[float] | None = None, j: int = 1, say: Callable[[str], None] = lambda line: None) -> Certificate:
     """Runs a case at several spacings by several methods and says how sure its numbers are.
@@ -287,15 +288,11 @@ def certify(case: Case | str, folder: str | pathlib.Path | None = None, *, metho
     (default: results/NAME-certificate), the certificate in certificate.json. Raises CalorError."""
     case = case if isinstance(case, Case) else Case(case)
     into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{case.name}-certificate"
-    unknown = [method for method in methods if method not in METHODS]
-    if unknown:
-        raise CommandError(f"'{unknown[0]}' is no method: take some of {', '.join(METHODS)}")
-    if "cloud" not in (written := case.to_dict()) or not isinstance(written["cloud"], Mapping):
-        raise CaseError(f"{case.name} has no [cloud] that could be refined")
-    into.mkdir(parents=True, exist_ok=True)
-    if factors is not None and (len(factors) < 3 or min(factors) <= 0 or sorted(set(factors)) != list(factors)):
-        raise CommandError("a certificate takes at least three factors of refinement, rising, such as 1,1.5,2")
+    check_methods(methods)
+    if factors is not None:
+        refine.check_factors(factors, 3)
     certificate = Certificate(case, into, methods, budget, factors, j, say)
+    into.mkdir(parents=True, exist_ok=True)
     certificate.compute()
     certificate.write()
     return certificate

@@ -2,6 +2,8 @@
 from __future__ import annotations
 
 import contextlib
+import functools
+import hashlib
 import os
 import pathlib
 import re
@@ -63,6 +65,12 @@ def find_command() -> str:
     if not found:
         raise FileError("the command calor is not there: build it (./dev build), or put it on the PATH")
     return found
+
+
+@functools.cache
+def fingerprint() -> str:
+    """Of the command that runs cases: another version, or another build of it, has another one. Raises FileError."""
+    return hashlib.sha256(pathlib.Path(find_command()).read_bytes()).hexdigest()
 
 
 def key_at(text: str, line: int) -> str | None:
@@ -136,6 +144,8 @@ def run(words: Sequence[str], progress: Callable[[float, str], None] | None = No
 
 def side_by_side(act: Callable[[Item], Out], items: Iterable[Item], j: int) -> list[Out]:
     """What `act` gives of all items, j at a time. After an interrupt or an error no further one is begun."""
+    if j < 1:
+        raise CommandError(f"{j} runs side by side: at least one goes at a time")
     pool = ThreadPoolExecutor(j)
     try:
         return list(pool.map(act, items))

@@ -102,11 +102,9 @@ class _Words:
     def __init__(self, case: CaseLike | Case, changes: Mapping[str, Any] | None, variant: str | None, functions: Mapping[str, Law] | None,
                  keys: Mapping[str, Any]) -> None:
         laws = dict(functions or {})
-        changed = {key: _take_laws(value, key, laws) for key, value in toml.leaves({**(changes or {}), **keys})}
+        changed = {key: _take_laws(value, key, laws) for key, value in {**(changes or {}), **keys}.items()}
         if isinstance(case, Case):
-            if variant:
-                raise CommandError("a Case has its variant already")
-            self.case = case.changed(changed)
+            self.case = case.changed({**changed, **({"variant": variant} if variant else {})})
         else:
             written = _take_laws(case, "", laws) if isinstance(case, Mapping) else case
             self.case = Case(written, changed, variant=variant)

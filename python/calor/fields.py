@@ -10,6 +10,7 @@ import numpy as np
 from . import quantities
 from .command import CaseError
 from .result import Array
+from .toml import listed
 from .unknowns import Unknown
 
 
@@ -42,21 +43,16 @@ def read_field(case: Mapping[str, Any], entry: Mapping[str, Any], where: str) ->
         function = quantities.at(case, key.removesuffix(".grid"))
         values = np.array(grid, float)
         unit = function.get("unit", "")
-        along = function["along"] if isinstance(function["along"], list) else [function["along"]]
-        axes = [np.linspace(quantities.to_si(first, "m"), quantities.to_si(last, "m"), nodes)
-                for first, last, nodes in zip(function["from"], function["to"], values.shape)]
+        along = listed(function["along"])
+        axes = [np.linspace(quantities.in_unit(first, "m"), quantities.in_unit(last, "m"), nodes)
+                for first, last, nodes in zip(listed(function["from"]), listed(function["to"]), values.shape)]
         if values.ndim != len(along):
             raise CaseError(f"the grid is {values.ndim} lists deep, and 'along' names {len(along)} axes: write as many")
 
         def number_of(name: str, default: float) -> float:
-            if name not in entry:
-                return default
-            value, its_unit = quantities.split(entry[name])
-            if its_unit != unit:
-                raise CaseError(f"'{name}' is in '{its_unit}', the grid in '{unit}': write both in one unit")
-            return value
+            return quantities.in_unit(entry[name], unit, difference=name == "within") if name in entry else default
 
-        mean, within, length = number_of("expected", np.nan), number_of("within", np.nan), quantities.to_si(entry["length"], "m")
+        mean, within, length = number_of("expected", np.nan), number_of("within", np.nan), quantities.in_unit(entry["length"], "m")
         low, high = number_of("from", -np.inf), number_of("to", np.inf)
         if not within > 0 or not length > 0:
             raise CaseError("'within' and 'length' of a field must be positive: give what is known about it")

@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import convergence, quantities, toml
+from . import convergence, quantities
 from .case import Case
-from .command import CaseError, CommandError, side_by_side
+from .command import CaseError, NumbersError, side_by_side
 from .fields import Field, read_field
 from .readings import Data, read_data
 from .result import Array, Result
@@ -26,8 +26,8 @@ from .unknowns import line_of, read_unknown, Unknown
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-LONGEST_STEP = 0.5    # of an unknown in one step, of its value
-DIFFERENCE = 1e-2     # of an unknown for a derivative: well above what adaptive steps and solvers leave
+LONGEST_STEP = 0.5    # of an unknown in one step, of its value or scale
+DIFFERENCE = 1e-2     # of an unknown for a derivative, of its size: well above what adaptive steps and solvers leave
 CONVERGED = 0.1       # change of the unknowns in the end, of their standard deviations
 ALIKE = 0.9           # correlation of unknowns that can hardly be told apart
 VAGUE = 0.5           # standard deviation over the value of an unknown that the data do not tell
@@ -71,7 +71,7 @@ class Fit:
         """What the measurements do not tell, in sentences."""
         said = []
         for n, u in enumerate(self.unknowns[: self.single]):
-            if not math.isfinite(self.deviation[n]) or self.deviation[n] > VAGUE * abs(self.values[n]):
+            if not math.isfinite(self.deviation[n]) or self.deviation[n] > VAGUE * u.size(self.values[n]):
                 said.append(f"The data hardly tell {u.key}: measure closer to where it acts, or give what is known about it ('expected', 'within').")
             if self.values[n] in (u.low, u.high):
                 said.append(f"{u.key} lies at its limit: the data ask for more; its interval is too narrow.")
@@ -114,21 +114,12 @@ class Fit:
                           "computed": self.computed(n).tolist(), "noise": d.noise} for n, d in enumerate(self.data)]}
 
 
-def scales(x: Array, J: Array) -> Array:
-    """Sizes of the columns of J, by which changes of unknowns compare; of those that nothing feels their own."""
-    scale: Array = np.linalg.norm(J, axis=0)
-    scale[scale == 0] = 1 / np.abs(x[scale == 0])
-    return scale
-
-
 class Search:
     """The way to the best values."""
 
     def __init__(self, case: Case, folder: pathlib.Path, j: int, say: Callable[[str], None]) -> None:
         self.case, self.folder, self.j, self.say = case, folder, j, say
         self.written = case.to_dict()
-        if case.variant:
-            raise CommandError("calor fit takes no variant: write the case as it is meant")
         asked = self.written.get("fit", {})
         if not (asked.get("unknown") or asked.get("field")) or not asked.get("data"):
             raise CaseError(f"{case.name} has no [[fit.unknown]] or no [[fit.data]]: see docs/fit.md")
@@ -143,16 +134,28 @@ class Search:
         for f in self.fields:
             self.expected.append((len(self.unknowns), f.whitening, f.mean))
             self.unknowns += f.unknowns
-        end = quantities.to_si(self.written["time"]["end"], "s") if "time" in self.written else math.inf
-        home = case.path.parent if case.path else pathlib.Path(".")
+        end = quantities.in_unit(self.written["time"]["end"], "s") if "time" in self.written else math.inf
         self.data = [data for n, entry in enumerate(asked["data"])
-                     for data in read_data(entry, line_of(case.path, "fit.data", n), home, end, list(self.written.get("probe", {})))]
+                     for data in read_data(entry, line_of(case.path, "fit.data", n), case.folder, end, list(self.written.get("probe", {})))]
         # Does a run give the derivatives of all that is measured?
         self.has_derivatives = all(d.source != "report" for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
         if self.fields and not (self.has_derivatives and "steady" in self.written):
             raise CaseError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes, heat flows and mean temperatures alone: elsewhere derivatives would "
                                "cost a run for every value")
         self.runs = 0
+        self.zero, self.scale = np.array([u.zero for u in self.unknowns]), np.array([u.scale for u in self.unknowns])
+        self.low, self.high = np.array([u.low for u in self.unknowns]), np.array([u.high for u in self.unknowns])
+        self.keeps_sign = np.zeros(len(self.unknowns), bool)  # calor has refused it beyond its zero
+
+    def reach(self, x: Array) -> Array:
+        """By which steps are measured: at least the scale of an unknown, so that it may pass its zero."""
+        value = np.abs(x - self.zero)
+        return np.where(self.keeps_sign, value, np.maximum(value, self.scale))
+
+    def scales(self, x: Array, J: Array) -> Array:
+        """Sizes of the columns of J, by which changes of unknowns compare; of those that nothing feels their own."""
+        scale: Array = np.linalg.norm(J, axis=0)
+        return np.where(scale > 0, scale, 1 / self.reach(x))
 
     def run(self, x: Array, also: dict[str, Any] | None = None) -> tuple[Array, Result]:
         """Residuals over noise, what is expected of the unknowns among them."""
@@ -166,49 +169,69 @@ class Search:
         return np.concatenate(r), result
 
     def run_with_derivatives(self, x: Array) -> tuple[Array, Result, Array]:
-        """Residuals, and dr/dx as the run gives it."""
-        single = self.unknowns[: len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)]
-        asked: dict[str, Any] = {"output.derivatives": [u.key for u in single] + [f.key for f in self.fields]}
+        """Residuals, and dr/dx as the run gives it; by a difference where a number is 0, of which a run gives none."""
+        single = len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)
+        at_zero = [n for n in range(single) if x[n] == 0]
+        if len(at_zero) == x.size:
+            r, result = self.run(x)
+            return r, result, self.derivatives(x, r)
+        asked: dict[str, Any] = {"output.derivatives": [u.key for n, u in enumerate(self.unknowns[:single]) if n not in at_zero] + [f.key for f in self.fields]}
         if of_balance := list(dict.fromkeys(d.name for d in self.data if d.source == "balance")):
             asked["output.derivatives_of"] = of_balance
         r, result = self.run(x, asked)
         J = np.zeros((r.size, x.size))
-        derivatives = [result.derivatives[u.key] for u in self.unknowns]
+        given = [n for n in range(x.size) if n not in at_zero]
+        derivatives = [result.derivatives[self.unknowns[n].key] for n in given]
         row = 0
         for d in self.data:
-            J[row: row + d.value.size] = np.column_stack([d.derivatives(table) for table in derivatives]) / d.noise
+            J[row: row + d.value.size, given] = np.column_stack([d.derivatives(table) for table in derivatives]) / d.noise
             row += d.value.size
         for first, W, _ in self.expected:
             J[row: row + len(W), first: first + len(W)] = W
             row += len(W)
+        for n in at_zero:
+            J[:, n] = self.column(n, x, r)
         return r, result, J
+
+    def column(self, n: int, x: Array, r: Array) -> Array:
+        """dr/dx[n] by a difference."""
+        h = DIFFERENCE * self.unknowns[n].size(x[n])
+        if x[n] + h > self.unknowns[n].high:
+            h = -h
+        changed = x.copy()
+        changed[n] += h
+        slope: Array = (self.run(changed)[0] - r) / h
+        return slope
 
     def derivatives(self, x: Array, r: Array) -> Array:
         """dr/dx by differences, side by side."""
-        def column(n: int) -> Array:
-            h = DIFFERENCE * abs(x[n])
-            if x[n] + h > self.unknowns[n].high:
-                h = -h
-            changed = x.copy()
-            changed[n] += h
-            slope: Array = (self.run(changed)[0] - r) / h
-            return slope
+        return np.column_stack(side_by_side(lambda n: self.column(n, x, r), range(x.size), self.j))
 
-        return np.column_stack(side_by_side(column, range(x.size), self.j))
+    def is_free(self, x: Array, r: Array, J: Array) -> Any:
+        """Which unknowns no limit holds."""
+        return ~(((x <= self.low) & (J.T @ r > 0)) | ((x >= self.high) & (J.T @ r < 0)))
 
-    def step(self, x: Array, r: Array, J: Array, damping: float) -> Array | None:
-        """The next values, within the limits; None where these hold all."""
-        low, high = np.array([u.low for u in self.unknowns]), np.array([u.high for u in self.unknowns])
-        free = ~(((x <= low) & (J.T @ r > 0)) | ((x >= high) & (J.T @ r < 0)))
-        if not free.any():
-            return None
-        A = np.vstack([J[:, free], np.diag(math.sqrt(damping) * scales(x, J)[free])])
+    def distance(self, x: Array, r: Array, J: Array) -> float:
+        """From the best values by these derivatives, in standard deviations: what of the residuals the free unknowns could take away."""
+        A = (J / self.scales(x, J))[:, self.is_free(x, r, J)]
+        return float(np.linalg.norm(A @ np.linalg.lstsq(A, r, rcond=None)[0])) if A.size else 0.0
+
+    def step(self, x: Array, r: Array, J: Array, damping: float) -> Array:
+        """The next values, within the limits."""
+        free = self.is_free(x, r, J)
+        A = np.vstack([J[:, free], np.diag(math.sqrt(damping) * self.scales(x, J)[free])])
         step = np.zeros_like(x)
         Q, R = np.linalg.qr(A)  # the damping keeps it regular
         step[free] = np.linalg.solve(R, Q[: r.size].T @ -r)
-        longest = np.max(np.abs(step) / (LONGEST_STEP * np.abs(x)))
-        trial: Array = np.clip(x + step / max(longest, 1), low, high)
+        longest = np.max(np.abs(step) / (LONGEST_STEP * self.reach(x)))
+        trial: Array = np.clip(x + step / max(longest, 1), self.low, self.high)
         return trial
+
+    def holds_back(self, x: Array, trial: Array) -> bool:
+        """After calor has refused a trial: keeps the unknowns that have come to their zero or passed it from doing so. Are there such?"""
+        passes = (x - self.zero) * (trial - self.zero) <= 0
+        self.keeps_sign |= passes
+        return bool(passes.any())
 
     def search(self) -> Fit:
         x = np.array([u.start for u in self.unknowns])
@@ -222,30 +245,36 @@ class Search:
         if not self.has_derivatives:
             r, result = self.run(x)
             J = self.derivatives(x, r)
-        damping, converged = 1e-3, False
-        is_fresh, has_failed = True, False  # the derivatives; the last step
+        damping = 1e-3
+        is_fresh, has_failed, has_stalled = True, False, False  # the derivatives; the last step; it brought nothing that noise would let see
         near = CONVERGED * math.sqrt(min(x.size, sum(d.value.size for d in self.data)))
         for _ in range(self.iterations):
-            trial = self.step(x, r, J, damping)
-            # In units of the standard deviations that these derivatives give.
-            if trial is None or (np.linalg.norm(J @ (trial - x)) < near and is_fresh):
-                converged = True
+            is_near = self.distance(x, r, J) < near
+            if is_near and is_fresh:
                 break
-            if self.has_derivatives:
-                r_new, result_new, J_new = self.run_with_derivatives(trial)
-            else:
-                r_new, result_new = self.run(trial)
+            if is_near or has_stalled and not is_fresh:
+                J, is_fresh, has_stalled = self.derivatives(x, r), True, False
+                continue
+            trial = self.step(x, r, J, damping)
+            try:
+                if self.has_derivatives:
+                    r_new, result_new, J_new = self.run_with_derivatives(trial)
+                else:
+                    r_new, result_new = self.run(trial)
+            except (CaseError, NumbersError):
+                if not self.holds_back(x, trial):
+                    raise
+                continue
+            if not self.has_derivatives:
                 s = trial - x
-                weight = s * scales(x, J) ** 2
+                weight = s * self.scales(x, J) ** 2
                 J_new = J + np.outer(r_new - r - J @ s, weight / (s @ weight))  # Broyden
             self.say(f"run {self.runs}: misfit {float(r_new @ r_new) / max(r.size - x.size, 1):.4g}{self.shown(trial)}")
             before, was_fresh = r @ r, is_fresh
             is_fresh = self.has_derivatives
             if r_new @ r_new < before:
                 x, r, J, result, damping, has_failed = trial, r_new, J_new, result_new, damping / 10, False
-                if before - r @ r < near**2:  # nothing that noise would let see
-                    converged = True
-                    break
+                has_stalled = bool(before - r @ r < near**2)
                 continue
             if self.has_derivatives or was_fresh or not has_failed:
                 damping, has_failed = max(10 * damping, 1e-2), True
@@ -254,7 +283,7 @@ class Search:
                 J, is_fresh, has_failed = self.derivatives(x, r), True, False
         if not is_fresh:
             J = self.derivatives(x, r)
-        return self._fit(x, r, J, result, converged)
+        return self._fit(x, r, J, result, self.distance(x, r, J) < near)
 
     def shown(self, x: Array) -> str:
         single = len(self.unknowns) - sum(len(f.unknowns) for f in self.fields)
@@ -262,7 +291,7 @@ class Search:
         return f" at {shown}" if shown else ""
 
     def _fit(self, x: Array, r: Array, J: Array, result: Result, converged: bool) -> Fit:
-        size = np.abs(x)
+        size = self.reach(x)
         _, s, V = np.linalg.svd(J * size, full_matrices=False)
         with np.errstate(divide="ignore"):
             covariance = (V.T * np.where(s > 1e-12 * s[0], 1 / np.maximum(s, 1e-300) ** 2, 1e24)) @ V
@@ -287,8 +316,7 @@ def fit(case: Case | str, folder: str | pathlib.Path | None = None, *, j: int = 
     into.mkdir(parents=True, exist_ok=True)
     found = search.search()
     (into / "fit.json").write_text(json.dumps(found.to_json(), indent=1))
-    fitted = case.changed(quantities.changes_at(search.written, {u.key: quantities.joined(float(f"{v:.6g}"), u.unit) for u, v in zip(found.unknowns, found.values)})).to_dict()
-    (into / f"{case.name}-fitted.toml").write_text(toml.write(fitted))
+    case.changed(quantities.changes_at(search.written, {u.key: quantities.joined(float(f"{v:.6g}"), u.unit) for u, v in zip(found.unknowns, found.values)})).write(into / f"{case.name}-fitted.toml")
     return found
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from . import quantities, refine, toml
+from . import quantities, refine
 from .case import Case
 from .command import CaseError
 from .result import Array, Result
@@ -51,7 +51,7 @@ def read_limit(entry: Mapping[str, Any], where: str) -> Limit:
         if ("at_most" in entry) == ("at_least" in entry):
             raise CaseError("a limit is 'at_most' or 'at_least': give one of them")
         key = "at_most" if "at_most" in entry else "at_least"
-        return Limit(entry["report"], key == "at_most", quantities.to_si(entry[key], quantities.kind_of_number(entry["report"])), where)
+        return Limit(entry["report"], key == "at_most", quantities.in_unit(entry[key], quantities.kind_of_number(entry["report"])), where)
     except CaseError as error:
         raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, "optimise.limit") from None
 
@@ -169,11 +169,17 @@ class Search:
 
     def search(self) -> Optimum:
         from scipy.optimize import minimize
-        x = np.array([(u.start - u.low) / (u.high - u.low) for u in self.unknowns])
-        scale = abs(self.trial(x).objective) or 1
+        start = np.array([(u.start - u.low) / (u.high - u.low) for u in self.unknowns])
+        is_turned = start + FIRST_STEP > 1  # counted from the upper limit: first steps lead up, and beyond a limit nothing changes
+
+        def trial(x: Array) -> Trial:
+            return self.trial(np.where(is_turned, 1 - x, x))
+
+        x = np.where(is_turned, 1 - start, start)
+        scale = abs(trial(x).objective) or 1
         within = [{"type": "ineq", "fun": lambda x, n=n: min(x[n], 1 - x[n])} for n in range(x.size)]
-        limits = [{"type": "ineq", "fun": lambda x, n=n: self.trial(x).room[n]} for n in range(len(self.limits))]
-        minimize(lambda x: self.sign * self.trial(x).objective / scale, x, method="COBYLA", constraints=within + limits, tol=1e-3,
+        limits = [{"type": "ineq", "fun": lambda x, n=n: trial(x).room[n]} for n in range(len(self.limits))]
+        minimize(lambda x: self.sign * trial(x).objective / scale, x, method="COBYLA", constraints=within + limits, tol=1e-3,
                  options={"rhobeg": FIRST_STEP, "maxiter": self.iterations, "catol": ALLOWED})
         return Optimum(self.unknowns, self.limits, self.number, self.trials, self.best(), self.folder, self.finer)
 
@@ -188,7 +194,7 @@ def optimise(case: Case | str, folder: str | pathlib.Path | None = None, *, say:
     found = search.search()
     (into / "optimum.json").write_text(json.dumps(found.to_json(), indent=1))
     best = {u.key: quantities.joined(value, u.unit) for u, value in zip(found.unknowns, found.best.values)}
-    (into / f"{case.name}-best.toml").write_text(toml.write(case.changed(quantities.changes_at(search.written, best)).to_dict()))
+    case.changed(quantities.changes_at(search.written, best)).write(into / f"{case.name}-best.toml")
     return found
 
 

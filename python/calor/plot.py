@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from .command import CalorError, CommandError
-from .quantities import to_si
+from .quantities import in_unit
 from .result import Array, Fields, Result, Table, is_straight, length_unit
 from .stress import stress
 from .style import theme
@@ -25,7 +25,7 @@ def cracks_of(result: Result) -> Array:
     """Both ends of every straight piece of the cracks of a body of two dimensions, (n, 2, 2), m."""
     pieces = []
     for crack in result.report["case"].get("crack", []) if result.dimension == 2 else []:
-        corners = np.array([[to_si(text, "m") for text in crack[axis]] for axis in "xy"]).T
+        corners = np.array([[in_unit(text, "m") for text in crack[axis]] for axis in "xy"]).T
         pieces += [corners[n:n + 2] for n in range(len(corners) - 1)]
     return np.array(pieces).reshape(-1, 2, 2)
 
@@ -283,7 +283,7 @@ def isotherm_of(result: Result) -> float | None:
     isotherm = result.report["case"].get("weld", {}).get("isotherm")
     if isotherm is None:
         return None
-    return float(result.shown(Table({"T": np.array([to_si(isotherm, "K")])}, {"T": "K"}))["T"][0])
+    return float(result.shown(Table({"T": np.array([in_unit(isotherm, "K")])}, {"T": "K"}))["T"][0])
 
 
 def put_title(figure: Figure, text: str) -> None:

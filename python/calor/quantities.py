@@ -2,17 +2,15 @@
 from __future__ import annotations
 
 import copy
+import functools
 import re
 from collections.abc import Mapping
 from typing import Any
 
-from .command import CaseError
+from . import command, toml
+from .command import CaseError, CommandError
 
 NUMBER = r"[-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?"
-# What measurements are written in: factor and offset to SI.
-UNITS = {"s": (1, 0), "ms": (1e-3, 0), "min": (60, 0), "h": (3600, 0), "K": (1, 0), "degC": (1, 273.15),
-         "degF": (5 / 9, 459.67 * 5 / 9), "W": (1, 0), "kW": (1e3, 0), "Pa": (1, 0), "kPa": (1e3, 0), "MPa": (1e6, 0), "GPa": (1e9, 0), "J": (1, 0), "kJ": (1e3, 0),
-         "m": (1, 0), "cm": (1e-2, 0), "mm": (1e-3, 0), "um": (1e-6, 0), "": (1, 0)}
 
 
 def split(quantity: Any) -> tuple[float, str]:
@@ -30,11 +28,29 @@ def joined(number: float, unit: str) -> str | float:
     return f"{number:.12g} {unit}" if unit else float(f"{number:.12g}")
 
 
-def to_si(quantity: Any, kind: str, difference: bool = False) -> float:
-    """Of a quantity of `kind`: "K", "s", "W", "J", "Pa", "m" or "". A difference of temperatures takes no offset. Raises
-    CaseError."""
-    number, unit = split(quantity)
-    factor, offset = unit_of(unit, kind, str(quantity))
+@functools.cache
+def conversion(unit: str, other: str) -> tuple[float, float]:
+    """Factor and offset from one unit to another, as the command says them. Raises CommandError where there are none."""
+    if unit == other:
+        return 1.0, 0.0
+    said = command.run(["units", "--", unit, other])[1]
+    found = re.fullmatch(rf"a difference of 1 .* is ({NUMBER}) .*, 0 .* is ({NUMBER}) .*\n", said)
+    assert found, said
+    return float(found[1]), float(found[2])
+
+
+def converts(unit: str, other: str, what: str) -> tuple[float, float]:
+    """The same; raises CaseError about `what`."""
+    try:
+        return conversion(unit, other)
+    except CommandError as error:
+        raise CaseError(f"{what}: {error}") from None
+
+
+def in_unit(quantity: Any, unit: str, difference: bool = False) -> float:
+    """The number of a quantity in a unit. A difference of temperatures takes no offset. Raises CaseError."""
+    number, its_unit = split(quantity)
+    factor, offset = converts(its_unit, unit, str(quantity))
     return number * factor + (0 if difference else offset)
 
 
@@ -46,21 +62,10 @@ def kind_of_number(name: str) -> str:
     return of_name.get(name.split(".")[0], "m" if name.startswith(("largest_", "peak_")) else "")
 
 
-def unit_of(unit: str, kind: str, what: str) -> tuple[float, float]:
-    """Factor and offset to SI. Raises CaseError where the unit is not one of `kind`."""
-    kinds = {"K": ("K", "degC", "degF"), "s": ("s", "ms", "min", "h"), "W": ("W", "kW"), "J": ("J", "kJ"), "Pa": ("Pa", "kPa", "MPa", "GPa"), "m": ("m", "cm", "mm", "um"), "": ("",)}
-    if unit not in kinds[kind]:
-        raise CaseError(f"{what}: '{unit}' is no unit of what is measured: take {', '.join(kinds[kind]) or 'none'}")
-    return UNITS[unit]
-
-
 def steps_of(path: str) -> list[str | int]:
-    """["material", "m", "conductivity", "k", 2] of "material.m.conductivity.k[2]"."""
-    steps: list[str | int] = []
-    for part in path.split("."):
-        name, *places = re.split(r"\[(\d+)\]", part)
-        steps += [name, *(int(place) for place in places if place)]
-    return steps
+    """["material", "m", "conductivity", "k", 2] of "material.m.conductivity.k[2]"; keys may be in quotes."""
+    found = re.finditer(r'\[(\d+)\]|"([^"]*)"|([^.\[\]"]+)', path)
+    return [int(one[1]) if one[1] else one[2] or one[3] for one in found]
 
 
 def at(case: Mapping[str, Any], path: str) -> Any:
@@ -68,7 +73,7 @@ def at(case: Mapping[str, Any], path: str) -> Any:
     value: Any = case
     for step in steps_of(path):
         try:
-            value = value[step]
+            value = value[step if isinstance(value, (Mapping, list)) else None]  # texts have no entries
         except (KeyError, IndexError, TypeError):
             raise CaseError(f"the case has no '{path}': write keys as they stand in it, such as material.steel.conductivity") from None
     return value
@@ -83,10 +88,11 @@ def changes_at(case: Mapping[str, Any], values: Mapping[str, Any]) -> dict[str, 
         depth, inner = 0, case
         while depth < len(steps) - 1 and isinstance(inner, Mapping) and isinstance(inner.get(steps[depth]), Mapping):  # type: ignore[arg-type]
             inner, depth = inner[steps[depth]], depth + 1  # type: ignore[index]
-        key, below = ".".join(map(str, steps[: depth + 1])), steps[depth + 1:]
+        key, below = ".".join(toml.key_text(str(step)) for step in steps[: depth + 1]), steps[depth + 1:]
         if not below:
             changes[key] = value
             continue
+        at(case, path)  # has to be there
         if key not in changes:
             changes[key] = copy.deepcopy(at(case, key))
         whole = changes[key]

@@ -81,8 +81,8 @@ def read_probes(entry: Mapping[str, Any], where: str, folder: pathlib.Path, prob
     if len(headings) != 2 or headings[0] != "probe":
         raise refusal(f"{path} has the columns {', '.join(headings)}", "name the probe, or give a file with the columns probe and, say, T [K]", where)
     try:
-        noise = quantities.to_si(entry["noise"], "K", difference=True)
-        factor, offset = quantities.unit_of(split_unit(headings[1])[1], "K", f"{path}:1")
+        noise = quantities.in_unit(entry["noise"], "K", difference=True)
+        factor, offset = quantities.converts(split_unit(headings[1])[1], "K", f"{path}:1")
     except CaseError as error:
         raise refusal(str(error), "correct it", where) from None
     if not noise > 0:
@@ -121,16 +121,16 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     if of_probe and name not in probes:
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
     try:
-        noise = quantities.to_si(entry["noise"], kind, difference=True)
+        noise = quantities.in_unit(entry["noise"], kind, difference=True)
         if not noise > 0:
             raise refuse(f"a noise of {entry['noise']}", "give a standard deviation above 0")
         if ("value" in entry) == ("file" in entry):
             raise refuse("no measurements, or two kinds of them", "give either 'file' or 'value'")
         if "value" in entry:
-            t = quantities.to_si(entry["at"], "s") if "at" in entry else math.inf
+            t = quantities.in_unit(entry["at"], "s") if "at" in entry else math.inf
             if t != math.inf and not 0 <= t <= end:
                 raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
-            return [Data(name, source, np.array([t]), np.array([quantities.to_si(entry["value"], kind)]), noise, where)]
+            return [Data(name, source, np.array([t]), np.array([quantities.in_unit(entry["value"], kind)]), noise, where)]
     except CaseError as error:
         raise refuse(str(error), "correct it") from None
     path = folder / entry["file"]
@@ -149,8 +149,8 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     times: list[float] = []
     values: list[float] = []
     try:
-        to_s = quantities.unit_of(headings[in_time][1], "s", f"{path}:1")
-        to_unit = quantities.unit_of(headings[column][1], kind, f"{path}:1")
+        to_s = quantities.converts(headings[in_time][1], "s", f"{path}:1")
+        to_unit = quantities.converts(headings[column][1], kind, f"{path}:1")
     except CaseError as error:
         raise refuse(str(error), "write it into the heading, as in 'tc1 [degC]'") from None
     for place, row in rows:

@@ -1,29 +1,34 @@
 """The same case with finer or coarser points."""
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from .command import CaseError
-from .quantities import to_si
+from . import quantities
+from .command import CaseError, CommandError
+from .toml import listed
 
 
-def scaled(quantity: str, factor: float) -> str:
+MOST = 1000  # times as many points along a line: more is a slip of the pen
+
+
+def check_factors(factors: Sequence[float], least: int) -> None:
+    """Raises CommandError where these are no factors of refinement, or fewer than `least`."""
+    rise = all(0 < factor <= MOST for factor in factors) and all(a < b for a, b in zip(factors, factors[1:]))
+    if len(factors) < least or not rise:
+        raise CommandError(f"it takes at least {('two', 'three')[least - 2]} factors of refinement up to {MOST}, rising, such as 1,1.5,2")
+
+
+def scaled(quantity: Any, factor: float) -> str | float:
     """ "0.25 mm" of "0.5 mm" and 0.5."""
-    number = re.match(r"\s*([-+]?[0-9.]+(?:[eE][-+]?\d+)?)(.*)", quantity, re.DOTALL)
-    if not number:
-        raise CaseError(f"'{quantity}' is no length that can be scaled: write a number and a unit")
-    return f"{float(number[1]) * factor:.12g}{number[2]}"
+    number, unit = quantities.split(quantity)
+    return quantities.joined(number * factor, unit)
 
 
 def divided(places: Sequence[str], parts: int) -> list[str]:
-    """Every interval between places, such as "2 mm", in so many equal parts. All have to have one unit."""
-    units = {re.sub(r"^\s*[-+0-9.eE]+", "", place).strip() for place in places}
-    if len(units) != 1:
-        raise CaseError(f"places in several units ({', '.join(sorted(units))}) cannot be divided: take one unit")
-    unit = units.pop()
-    at = [float(re.match(r"\s*[-+0-9.eE]+", place)[0]) for place in places]  # type: ignore[index]
+    """Every interval between places, such as "2 mm", in so many equal parts, in the unit of the first."""
+    unit = quantities.split(places[0])[1]
+    at = [quantities.in_unit(place, unit) for place in places]
     finer = [a + (b - a) * n / parts for a, b in zip(at, at[1:]) for n in range(parts)] + at[-1:]
     return [f"{value:.15g} {unit}" for value in finer]
 
@@ -45,10 +50,10 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
     shape = cloud.get("shape")
     reached = factor
     ends = 0 if cloud.get("at") == "cells" else 1
-    counts = cloud.get("points")
+    counts = listed(cloud["points"]) if shape == "box" and "points" in cloud else []
     if shape == "box" and not counts and "size" in cloud and "spacing" in cloud:  # which have to divide each other
-        spacing = to_si(cloud["spacing"], "m")
-        counts = [round(to_si(length, "m") / spacing) + ends for length in ([cloud["size"]] if isinstance(cloud["size"], str) else cloud["size"])]
+        spacing = quantities.in_unit(cloud["spacing"], "m")
+        counts = [round(quantities.in_unit(length, "m") / spacing) + ends for length in listed(cloud["size"])]
 
     def more(count: int, ends: int) -> int:
         """Points along a line, of which `ends` more than intervals."""
@@ -59,8 +64,8 @@ def refined(cloud: Mapping[str, Any], factor: float) -> tuple[dict[str, Any], fl
             raise CaseError(f"places of points that are listed can be divided in whole parts only, not in {factor:g}")
         for axis in "xyz":
             if axis in cloud:
-                changes[f"cloud.{axis}"] = divided(cloud[axis], round(factor))
-    elif shape == "box" and counts:
+                changes[f"cloud.{axis}"] = divided(listed(cloud[axis]), round(factor))
+    elif counts:
         changes["cloud.points"] = [more(count, ends) for count in counts]
         before, after = max(zip(counts, changes["cloud.points"]))
         reached = (after - ends) / (before - ends)

@@ -61,8 +61,9 @@ def sobol(study: Study, ranges: Mapping[str, Any]) -> list[Indices]:
         raise CaseError("Sobol's indices take samples of [study.range] alone, without [study.values]")
     if len(rows) < 10 * len(keys):
         raise CaseError(f"Sobol's indices by {len(rows)} runs of {len(keys)} numbers: take [study] samples = {10 * len(keys)} or more")
-    limits = [(quantities.split(ranges[key][0])[0], quantities.split(ranges[key][1])[0]) for key in keys]
-    x = np.array([[quantities.split(row[key])[0] for key in keys] for row in rows])
+    units = {key: quantities.split(ranges[key][0])[1] for key in keys}
+    limits = [(quantities.in_unit(ranges[key][0], units[key]), quantities.in_unit(ranges[key][1], units[key])) for key in keys]
+    x = np.array([[quantities.in_unit(row[key], units[key]) for key in keys] for row in rows])
     found = []
     for name in study.quantities:
         y = np.array([row.get(name, np.nan) for row in rows], float)

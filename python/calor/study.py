@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import csv
+import functools
 import hashlib
 import itertools
 import json
@@ -12,8 +13,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import certify, quantities
-from .case import Case
+from . import certify, command, quantities
+from .case import Case, files_of
 from .command import CalorError, CaseError, CommandError, FileError, side_by_side
 from .result import Result
 
@@ -28,9 +29,10 @@ def samples(ranges: Mapping[str, Any], count: int, seed: int) -> list[dict[str, 
     for key, limits in ranges.items():
         if not isinstance(limits, list) or len(limits) != 2:
             raise CommandError(f"the range of '{key}' is no [low, high]")
-        (low, unit), (high, other) = map(quantities.split, limits)
-        if unit != other or not low < high:
-            raise CommandError(f"the range of '{key}' has to rise, in one unit, not from {limits[0]} to {limits[1]}")
+        low, unit = quantities.split(limits[0])
+        high = quantities.in_unit(limits[1], unit)
+        if not low < high:
+            raise CommandError(f"the range of '{key}' has to rise, not go from {limits[0]} to {limits[1]}")
         places = (random.permutation(count) + random.random(count)) / count
         columns[key] = [quantities.joined(float(f"{low + (high - low) * place:.6g}"), unit) for place in places]
     return [dict(zip(columns, row)) for row in zip(*columns.values())]
@@ -43,14 +45,30 @@ def plan(asked: Mapping[str, Any]) -> list[dict[str, Any]]:
         raise CommandError("the case has no [study.values] or [study.range], and no key was given: see docs/study.md")
     for key, one in values.items():
         if not isinstance(one, list) or not one:
-            raise CommandError(f"the values of '{key}' are no list")
+            raise CommandError(f"the values of '{key}' are no list, or an empty one")
     lengths = {key: len(one) for key, one in values.items()}
     if asked.get("rows") and len(set(lengths.values())) > 1:
         raise CommandError(f"columns of a table are equally long, these are not: {', '.join(f'{key} {length}' for key, length in lengths.items())}")
     table = zip(*values.values()) if asked.get("rows") and values else itertools.product(*values.values())
     combinations = [dict(zip(values, row)) for row in table]
-    spread = samples(ranges, int(asked.get("samples", 20)), int(asked.get("seed", 1))) if ranges else [{}]
+    count, seed = asked.get("samples", 20), asked.get("seed", 1)
+    if count < 1 or seed < 0:
+        raise CommandError(f"{count} samples, chosen by {seed}: take one or more, chosen by 0 or more")
+    spread = samples(ranges, count, seed) if ranges else [{}]
     return [{**one, **other} for one in combinations for other in spread]
+
+
+def mark_of(case: Case, digest: Callable[[pathlib.Path], str]) -> str:
+    """Of a run: another one where anything that makes it differs, be it the case, what its files hold, or the program. Raises
+    CalorError."""
+    what = {name: part for name, part in case.to_dict().items() if name not in ("study", "fit", "optimise", "variant")}
+    files = {name: digest(case.folder / name) for name in files_of(what, case.folder)}
+    return hashlib.sha256(json.dumps([command.fingerprint(), what, files], sort_keys=True).encode()).hexdigest()[:16]
+
+
+def digest_of(path: pathlib.Path) -> str:
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 @dataclass
@@ -95,7 +113,7 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
           say: Callable[[str], None] = lambda line: None) -> Study:
     """Runs what [study] asks for, `j` runs side by side; `values` stand in the place of its ranges, and besides its values. `rows`: lists
     of values are columns of a table, of which every row is run. Runs that lie in `folder` (default:
-    results/NAME-study) from before with the same case are not run again. Writes study.csv. Raises CalorError."""
+    results/NAME-study) from before with the same case, files and program are not run again. Writes study.csv. Raises CalorError."""
     base = case if isinstance(case, Case) else Case(case)
     into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-study"
     written = base.to_dict()
@@ -106,25 +124,25 @@ def study(case: Case | str, folder: str | pathlib.Path | None = None, *, values:
         asked.pop("range", None)
     try:
         runs = plan(asked)
-    except CommandError as error:
+    except CalorError as error:
         raise error if values else CaseError(f"{base.path or base.name}: {error}") from None
     keys = list(runs[0])
     into.mkdir(parents=True, exist_ok=True)
     reused = 0
+    digest = functools.cache(digest_of)
 
     def run(number: int) -> dict[str, Any]:
         nonlocal reused
-        changes = quantities.changes_at(written, runs[number])
-        what = {name: part for name, part in written.items() if name not in ("study", "fit", "variant")}
-        mark = hashlib.sha256(json.dumps([what, changes], sort_keys=True, default=str).encode()).hexdigest()[:16]
-        place = into / f"run-{mark}"
-        row: dict[str, Any] = {"run": place.name, **runs[number]}
+        case = base.changed(quantities.changes_at(written, runs[number]))
+        row: dict[str, Any] = {"run": "", **runs[number]}
         try:
+            place = into / f"run-{mark_of(case, digest)}"
+            row["run"] = place.name
             result = finished(place)
             if result:
                 reused += 1
             else:
-                result = base.changed({**changes, "output.fields": False}).run(place, show_progress=False)
+                result = case.changed({"output.fields": False}).run(place, show_progress=False)
         except CalorError as error:
             row["failed"] = str(error)
             say(f"{number + 1} of {len(runs)} failed: {error}")

@@ -1,7 +1,6 @@
-"""Cases as dictionaries: written as TOML, and what changes in them."""
+"""Cases as dictionaries: written as TOML, and changes as words of the command line."""
 from __future__ import annotations
 
-import copy
 import json
 import re
 import tomllib
@@ -44,25 +43,18 @@ def change(text: str) -> tuple[str, Any]:
         return key.strip(), value
 
 
-def leaves(changes: Mapping[str, Any], path: str = "") -> Iterator[tuple[str, Any]]:
-    """("cloud.spacing", "2 mm") for every value of nested dictionaries. What stands at a dotted key is one value."""
-    for key, value in changes.items():
-        if isinstance(value, Mapping) and value and "." not in key:
-            yield from leaves(value, f"{path}{key}.")
-        else:
-            yield path + key, value
+def listed(value: Any) -> list[Any]:
+    """A list; where a case takes one, a single value may go without brackets."""
+    return value if isinstance(value, list) else [value]
 
 
-def merge(case: dict[str, Any], changes: Mapping[str, Any]) -> None:
-    """Puts values at dotted keys into a case."""
-    for path, value in changes.items():
-        *sections, last = path.split(".")
-        table = case
-        for section in sections:
-            if not isinstance(table.get(section), dict):
-                table[section] = {}
-            table = table[section]
-        table[last] = copy.deepcopy(value)
+def texts(value: Any) -> Iterator[str]:
+    """All texts among the values of a case."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, (Mapping, list, tuple)):
+        for part in value.values() if isinstance(value, Mapping) else value:
+            yield from texts(part)
 
 
 def write(case: Mapping[str, Any], path: str = "") -> str:

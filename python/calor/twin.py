@@ -15,6 +15,7 @@ import numpy as np
 
 from . import quantities, refine
 from .case import Case
+from .certify import METHODS, check_methods
 from .command import CalorError, CaseError, side_by_side, together
 from .result import Result
 
@@ -24,8 +25,6 @@ WAVES = (1.7, 1.3, 2.1)    # of the solution over the extents of the body
 PHASES = (0.3, 0.5, 0.4)
 SWING = 0.45               # of the solution, of the temperatures that the case goes through
 IN_TIME = 3e-6             # of that span: what a step may add to the error
-CONDUCTIVITY = {"W/(m K)": 1.0, "kW/(m K)": 1e3, "W/(cm K)": 1e2, "W/(mm K)": 1e3}
-CONDUCTANCE = {"W/(m^2 K)": 1.0, "kW/(m^2 K)": 1e3}
 ROUND_OFF = 1e-10          # of that span
 
 
@@ -50,21 +49,14 @@ class Layer:
     contact: float    # resistance to the layer before it, m^2 K/W
 
 
-def in_si(quantity: Any, units: Mapping[str, float]) -> float:
-    number, unit = quantities.split(quantity)
-    if unit not in units:
-        raise CaseError(f"{quantity}: take one of {', '.join(units)}")
-    return number * units[unit]
-
-
 def layers_of(case: Mapping[str, Any]) -> list[Layer]:
     """Of a body of several layers and nothing else, whose conductivities and contacts are plain numbers; of others nothing."""
     body = case.get("body", {})
     if len(body.get("layer", [])) < 2 or "region" in body or "contact" in body:
         return []
     try:
-        return [Layer(quantities.to_si(layer["thickness"], "m"), in_si(case["material"][layer["material"]]["conductivity"], CONDUCTIVITY),
-                      1 / in_si(layer["contact"], CONDUCTANCE) if "contact" in layer else 0.0) for layer in body["layer"]]
+        return [Layer(quantities.in_unit(layer["thickness"], "m"), quantities.in_unit(case["material"][layer["material"]]["conductivity"], "W/(m K)"),
+                      1 / quantities.in_unit(layer["contact"], "W/(m^2 K)") if "contact" in layer else 0.0) for layer in body["layer"]]
     except (CaseError, KeyError, ZeroDivisionError):
         return []
 
@@ -134,21 +126,23 @@ class Twin:
         return "\n".join(lines + [f"{method} is left out: {why}" for method, why in self.refused.items()])
 
 
-def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods: Sequence[str] = ("sph", "peridynamics", "mlpg"),
+def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods: Sequence[str] = METHODS,
          factors: Sequence[float] | None = None, j: int = 1, say: Callable[[str], None] = lambda line: None) -> Twin:
     """Runs the case once, and its twin by all methods at several spacings, `j` runs side by side. Writes twin.json into
     `folder` (default: results/NAME-twin). Raises CalorError."""
     base = case if isinstance(case, Case) else Case(case)
     into = pathlib.Path(folder) if folder is not None else pathlib.Path("results") / f"{base.name}-twin"
+    check_methods(methods)
     written = base.to_dict()
     is_steady = "time" not in written
-    end = 0.0 if is_steady else quantities.to_si(written["time"]["end"], "s")
+    end = 0.0 if is_steady else quantities.in_unit(written["time"]["end"], "s")
+    levels: Sequence[float] = factors if factors is not None else (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
+    refine.check_factors(levels, 2)
     known = solution(written, base.changed({"output.fields": True}).run(into / "case", show_progress=False), end)
     formula, span = known.whole, known.span
     say(f"T = {formula} K")
     replaced: dict[str, Any] = {"twin": known.keys(), "output.fields": False,
                 "expect": [{"name": "twin", "field": True, "norm": "rms", "value": {"formula": formula, "unit": "K"}, "within": "1e9 K"}]}
-    levels: Sequence[float] = factors or (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refused: dict[str, CalorError] = {}
 
     def error(method: str, factor: float) -> tuple[float, float]:

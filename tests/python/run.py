@@ -17,6 +17,7 @@ import tempfile
 import time
 import tomllib
 import unittest
+import unittest.mock
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 sys.path.insert(0, str(ROOT / "python"))
@@ -48,6 +49,16 @@ PLATE = {
     "time": {"end": "20 min"}, "output": {"every": "10 min", "temperature": "degC"},
     "probe": {"hot": ["0 mm", "5 mm"], "cold": ["20 mm", "5 mm"]},
 }
+
+
+def merge(case, changes):
+    """Puts values at dotted keys into a case, right or wrong."""
+    for path, value in changes.items():
+        *sections, last = path.split(".")
+        table = case
+        for section in sections:
+            table = table.setdefault(section, {})
+        table[last] = copy.deepcopy(value)
 
 
 SHARED = tempfile.TemporaryDirectory()
@@ -89,6 +100,31 @@ class Package(unittest.TestCase):
         self.assertEqual(case.to_dict()["boundary"]["heater"], {"on": "xmin", "flux": "0 W/m^2"})
         self.assertEqual(Case("plate.toml").to_dict(), PLATE)
         self.assertRegex(case.check(), r"points +15 in 2D")
+
+    def test_a_case_is_a_dictionary_as_a_run_sees_it(self):
+        variants = [{"name": "steady", "remove": ["time"], "set": {"steady": {}, "cloud": {"spacing": "1 mm"}}}]
+        pathlib.Path("plate.toml").write_text(toml.write({**PLATE, "variant": variants}))
+        for case in (Case("plate.toml", variant="steady"), Case("plate.toml", ["variant=steady"]), Case({**PLATE, "variant": variants}, variant="steady")):
+            seen = case.to_dict()
+            # A spacing stands in the place of counts, the other keys of the section stay.
+            self.assertEqual(seen["cloud"], {"shape": "box", "size": ["20 mm", "10 mm"], "spacing": "1 mm"})
+            self.assertEqual((seen["steady"], "time" in seen, "variant" in seen), ({}, False, False))
+        self.assertEqual(Case("plate.toml").to_dict()["variant"], variants)
+        function = {"formula": "54 - 0.03*(T - 293)", "unit": "W/(m K)"}
+        changed = Case("plate.toml", {"material": {"steel": {"conductivity": function}}}, time={"tolerance": "1 K"}).changed(time={"end": "5 s"})
+        self.assertEqual(changed.to_dict()["material"]["steel"], {**PLATE["material"]["steel"], "conductivity": function})
+        self.assertEqual(changed.to_dict()["time"], {"end": "5 s", "tolerance": "1 K"})
+        self.assertEqual(Case(PLATE, title="Other plate").name, "other-plate")
+
+    def test_units_are_those_of_the_command(self):
+        # By definition: an inch is 25.4 mm, a day 86400 s, 32 degF and 491.67 degR are 273.15 K.
+        for quantity, unit, value in (("2 inch", "m", 0.0508), ("0.5 day", "s", 43200), ("32 degF", "K", 273.15), ("491.67 degR", "K", 273.15),
+                                      ("5 W/(mm K)", "W/(m K)", 5000), ("300 K", "degC", 26.85), (2, "", 2), ("5 %", "", 0.05)):
+            self.assertAlmostEqual(quantities.in_unit(quantity, unit), value, places=10)
+        self.assertAlmostEqual(quantities.in_unit("9 degF", "K", difference=True), 5)
+        for quantity, unit, words in (("5 m", "K", "5 m: 'm' cannot be converted to 'K'"), ("5", "K", "the unit is missing"), ("5 K", "", "without unit")):
+            with self.assertRaisesRegex(CaseError, words):
+                quantities.in_unit(quantity, unit)
 
     def test_a_case_is_the_same_through_a_file(self):
         whole = {**PLATE, "expect": [{"probe": "hot", "value": "1 K", "within": "50 %"}, {"report": "steps", "at_least": 1}],
@@ -483,8 +519,25 @@ class Certificates(unittest.TestCase):
                          {"cloud.spacing": "2 mm", "cloud.near": [{"on": "x", "spacing": "1 mm"}], "factor": 1.5})
         self.assertEqual(refine.refined({"shape": "box", "x": ["0 mm", "1 mm", "3 mm"]}, 2)[0],
                          {"cloud.x": ["0 mm", "0.5 mm", "1 mm", "2 mm", "3 mm"]})
+        self.assertEqual(refined(shape="box", size="3.3 mm", points=21), {"cloud.points": [31], "factor": 1.5})
+        self.assertEqual(refined(shape="box", size="2 inch", spacing="0.1 inch"), {"cloud.points": [31], "factor": 1.5})
+        self.assertEqual(refine.refined({"shape": "box", "x": ["0 mm", "1 cm", "3 cm"]}, 2)[0], {"cloud.x": ["0 mm", "5 mm", "10 mm", "20 mm", "30 mm"]})
         with self.assertRaisesRegex(CalorError, "cannot be refined"):
             refined(shape="mesh", file="a.msh")
+
+    def test_variants_are_certified_as_they_run(self):
+        # 10 kW/m^2 through 0.1 m of 5 W/(m K) to air of 300 K behind 50 W/(m^2 K): 500 K and 700 K, exact on any spacing.
+        case = copy.deepcopy({key: value for key, value in FITTED.items() if key not in ("fit", "steady")})
+        case |= {"initial": {"temperature": "300 K"}, "time": {"end": "0.001 day", "tolerance": "1 K"}}
+        case["cloud"] = {"shape": "box", "size": "0.1 m", "points": 11}
+        case["variant"] = [{"name": "steady", "remove": ["time"], "set": {"steady": {}, "cloud": {"points": 6}}}]
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        found = certify.certify(Case("wall.toml", variant="steady"), factors=[1, 2, 3])
+        self.assertEqual(found.refused, {})
+        self.assertEqual([run.points for run in found.runs[:9:3]], [6, 11, 16])
+        self.assertAlmostEqual(found.quantities["probe front"].verdict.value, 700, places=6)
+        self.assertEqual([one.method for one in twin.twin(Case("wall.toml", variant="steady")).of_methods], ["sph", "peridynamics", "mlpg"])
+        self.assertEqual([one.method for one in twin.twin("wall.toml").of_methods], ["sph", "peridynamics", "mlpg"])
 
     def test_a_graded_plate_is_certified_with_its_true_temperature_within_the_bar(self):
         # k = 1 + 2 x between 0 K and 1 K: T = ln(1 + 2 x) / ln 3.
@@ -536,7 +589,7 @@ class Fits(unittest.TestCase):
         for name, text in files.items():
             pathlib.Path(f"{name}.csv").write_text(text)
         case = json.loads(json.dumps(FITTED))
-        toml.merge(case, changes or {})
+        merge(case, changes or {})
         pathlib.Path("wall.toml").write_text(toml.write(case))
         return fit.fit("wall.toml", "fit")
 
@@ -550,6 +603,43 @@ class Fits(unittest.TestCase):
         self.assertAlmostEqual(found.correlation[0, 1], -1 / np.sqrt(5), delta=0.02)
         again = Case("fit/wall-fitted.toml").run("again")
         self.assertAlmostEqual(again.probes["front"][-1], 500, delta=0.1)
+
+    def test_unknowns_pass_zero(self):
+        # The back is at ambient + 10 kW/m^2/50 W/(m^2 K) = ambient + 200 K, and at 300 K + flux/50 W/(m^2 K).
+        ambient = {"boundary.out.convection.ambient": "5 degC", "fit.unknown": [{"key": "boundary.out.convection.ambient", "start": "5 degC"}]}
+        for changes, back, value in ((ambient, "190 degC", -10), ({"fit.unknown": [{"key": "boundary.in.flux", "start": "10 kW/m^2"}]}, "260 K", -2),
+                                     ({"fit.unknown": [{"key": "boundary.in.flux", "start": "0 W/m^2", "from": "-9 kW/m^2", "to": "9 kW/m^2"}]}, "260 K", -2)):
+            found = self.fitted({**changes, "fit.data": [{"probe": "back", "value": back, "noise": "0.1 K"}]})
+            self.assertAlmostEqual(found.values[0], value, delta=0.02)
+            self.assertTrue(found.converged)
+            self.assertLess(found.runs, 8)
+
+    def test_an_unknown_that_cannot_pass_zero_stays_on_its_side(self):
+        # Ten times the conductivity that is sought is given: the first steps lead below 0, which calor refuses.
+        found = self.fitted({"fit.unknown": FITTED["fit"]["unknown"][:1], "fit.data": [{"probe": "front", "value": "2500 K", "noise": "2 K"}]})
+        self.assertAlmostEqual(found.values[0], 10e3 * 0.1 / (2500 - 500), delta=0.001)
+        self.assertTrue(found.converged)
+        with self.assertRaisesRegex(CaseError, "a start of 0"):
+            self.fitted({"fit.unknown": [{"key": "boundary.in.flux", "start": "0 W/m^2"}]})
+
+    def test_a_search_that_was_cut_short_has_not_converged(self):
+        found = self.fitted({"fit.iterations": 1})
+        self.assertFalse(found.converged)
+        self.assertIn("not come to its end", found.table())
+
+    def test_a_variant_is_fitted_with_changes_and_with_its_files_beside_it(self):
+        # k as a table in a file: the variant's air is 100 K warmer, the front is held by a flux of 5 kW/m^2: h = 5000/(450 - 400).
+        pathlib.Path("k.csv").write_text("T [K],k [W/(m K)]\n0,5\n1000,5\n")
+        case = copy.deepcopy(FITTED)
+        case["material"]["m"]["conductivity"] = {"file": "k.csv"}
+        case["fit"] = {"unknown": FITTED["fit"]["unknown"][1:], "data": [{"probe": "back", "value": "450 K", "noise": "1 K"}]}
+        case["variant"] = [{"name": "warm", "set": {"boundary": {"out": {"convection": {"ambient": "400 K"}}}}}]
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        said = subprocess.run([CALOR, "fit", "wall.toml", "variant=warm", "boundary.in.flux=5 kW/m^2", "-o", "fit"], capture_output=True, text=True)
+        self.assertEqual(said.returncode, 0, said.stderr)
+        again = Case("fit/wall-fitted.toml")
+        self.assertAlmostEqual(quantities.in_unit(again.to_dict()["boundary"]["out"]["convection"]["h"], "W/(m^2 K)"), 100, delta=0.1)
+        self.assertAlmostEqual(again.run("again").probes["back"][-1], 450, delta=0.1)
 
     def test_what_the_data_do_not_tell_is_said(self):
         found = self.fitted({"fit.data": [FITTED["fit"]["data"][0]]})
@@ -594,18 +684,18 @@ class Fits(unittest.TestCase):
         for rows, words in (("time [s],front [K]\n1,nan\n", "tc.csv:2: .*not finite"),
                             ("time [s],front [K]\n1,300\n20,310\n", "tc.csv:3: .*outside the run"),
                             ("time [s],front [K]\n1,abc\n", "tc.csv:2: .*no row of numbers"),
-                            ("time [s],front [W]\n1,300\n", "'W' is no unit of what is measured"),
+                            ("time [s],front [W]\n1,300\n", "tc.csv:1: 'W' cannot be converted to 'K'"),
                             ("front [K]\n300\n", "no column 'time'")):
             case = {key: value for key, value in json.loads(json.dumps(FITTED)).items() if key != "steady"}
             case |= {"initial": {"temperature": "300 K"}}
-            toml.merge(case, json.loads(json.dumps(transient)))
+            merge(case, json.loads(json.dumps(transient)))
             pathlib.Path("wall.toml").write_text(toml.write(case))
             pathlib.Path("tc.csv").write_text(rows)
             with self.assertRaisesRegex(CaseError, words):
                 fit.fit("wall.toml", "fit")
         for changes, words in (({"fit.data": [{"probe": "top", "value": "300 K", "noise": "1 K"}]}, "wall.toml:.* no probe 'top'"),
                                ({"fit.unknown": [{"key": "material.n.conductivity", "start": "1 W/(m K)"}]}, "has no 'material.n.conductivity'"),
-                               ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/(mm K)"}]}, "write both in one unit")):
+                               ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/mm"}]}, "wall.toml:.*'W/mm' cannot be converted to 'W/\\(m K\\)'")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes)
         with self.assertRaisesRegex(CaseError, r"wall.toml:\d+:\d+: the report has no number 'heat_flow.nothing': .*it has .*heat_flow.out"):
@@ -647,7 +737,7 @@ class Fields(unittest.TestCase):
 
     def fitted(self, changes=None, rows=None):
         case = json.loads(json.dumps(FITTED_PLATE))
-        toml.merge(case, changes or {})
+        merge(case, changes or {})
         pathlib.Path("plate.toml").write_text(toml.write(case))
         # k = 8 everywhere: T = 300 + q (L - x) / k.
         rows = rows or "".join(f"p{n},{300 + 1e4 * (0.1 - 0.02 * n) / 8 - 273.15:.6f}\n" for n in range(4))
@@ -682,7 +772,7 @@ class Fields(unittest.TestCase):
                 (None, "p0,hot\n", "plate.csv:2: .* no probe with its temperature"),
                 (None, "p0,nan\n", "plate.csv:2: .* not finite"),
                 ({"fit.field": [{**field, "within": "0 W/(m K)"}]}, None, r"plate.toml:\d+: 'within' and 'length'"),
-                ({"fit.field": [{**field, "expected": "8 W/(cm K)"}]}, None, r"plate.toml:\d+: .* write both in one unit"),
+                ({"fit.field": [{**field, "expected": "8 W/cm"}]}, None, r"plate.toml:\d+: .*'W/cm' cannot be converted"),
                 ({"fit.field": [{**field, "key": "material.m.conductivity"}]}, None, r"plate.toml:\d+: .* is no grid"),
                 ({"fit.field": [{**field, "from": "6 W/(m K)"}]}, None, r"plate.toml:\d+: the grid has values outside"),
                 ({"fit.data": [{"report": "largest_width", "value": "1 m", "noise": "1 m"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
@@ -748,11 +838,22 @@ class Optima(unittest.TestCase):
         best = Case("results/wall-optimum/wall-best.toml").to_dict()
         self.assertEqual(quantities.split(best["material"]["m"]["conductivity"])[0], found.best.values[0])
         for changes, words in (({"optimise": {"minimise": "highest.gas"}}, "the report has no number 'highest.gas'"),
-                               ({"optimise": {"limit": [{"report": "maximum.air", "at_most": "1 m"}]}}, "wall.toml:.*'m' is no unit"),
+                               ({"optimise": {"limit": [{"report": "maximum.air", "at_most": "1 m"}]}}, "wall.toml:.*'m' cannot be converted to 'K'"),
                                ({"optimise": {"maximise": "maximum.air"}}, "has no \\[optimise\\] with")):
             with self.assertRaisesRegex(CaseError, words):
                 optimise.optimise(Case("wall.toml", changes))
         self.assertEqual(os.listdir("results"), ["wall-optimum"])  # nothing has run before it was told
+
+    def test_a_search_that_starts_at_a_limit_leaves_it(self):
+        # The critical radius of insulation, k/h = 20 mm: 15 mm of it around a pipe of 5 mm let most heat through, 40 mm and 2 mm less.
+        case = {"title": "Insulation", "method": "sph", "steady": {},
+                "cloud": {"shape": "box", "axisymmetric": True, "origin": ["5 mm", "0 mm"], "size": ["10 mm", "5 mm"], "points": [31, 3]},
+                "material": {"wool": {"conductivity": "0.2 W/(m K)"}},
+                "boundary": {"inner": {"on": "xmin", "temperature": "100 degC"}, "air": {"on": "xmax", "convection": {"h": "10 W/(m^2 K)", "ambient": "20 degC"}}}}
+        for start in ("40 mm", "4 cm", "2 mm"):
+            unknown = {"key": "cloud.size[0]", "start": start, "from": "0.002 m", "to": "40 mm"}
+            found = optimise.optimise(Case({**case, "optimise": {"maximise": "heat_flow.inner", "unknown": [unknown]}}), start.replace(" ", "-"))
+            self.assertAlmostEqual(found.best.values[0], 15, delta=0.3)
 
     def test_stress_is_drawn_with_its_numbers(self):
         result = Case(ROOT / "cases" / "optimise" / "graded-wall.toml").run("wall", show_progress=False)
@@ -792,6 +893,18 @@ class ExitCodes(unittest.TestCase):
             self.assertEqual(said.returncode, code, (words, said.stderr))
             self.assertIn(text, said.stdout + said.stderr)
 
+    def test_odd_words_are_refused_in_one_line(self):
+        pathlib.Path("wall.toml").write_text(toml.write(FITTED))
+        for words in (["certify", "-j", "0"], ["certify", "--refine", "1,x,3"], ["certify", "--refine", "1,2,inf"], ["certify", "--refine", "1,nan,3"],
+                      ["certify", "--refine", "1,3,2"], ["certify", "--methods", "spf"], ["certify", "--methods", "sph,sph"], ["certify", "--budget", "soon"],
+                      ["certify", "--twin", "--methods", ""], ["certify", "--twin", "--refine", "2"], ["certify", "variant=none"], ["certify", "no-change"],
+                      ["fit", "-j", "two"], ["fit", "variant=none"], ["fit", "--nothing"], ["study", "-j", "-3", "method=[sph]"], ["study", "method=[]"],
+                      ["study", "variant=none", "method=[sph]"], ["optimise", "=3"], ["optimise", "-j", "2"]):
+            said = subprocess.run([CALOR, words[0], "wall.toml", *words[1:]], capture_output=True, text=True)
+            self.assertEqual((said.returncode, said.stdout, said.stderr.count("\n")), (2, "", 1), (words, said.stderr))
+            self.assertRegex(said.stderr, "^(calor|wall.toml)")
+        self.assertEqual(os.listdir(), ["wall.toml"])
+
     def test_what_ended_for_a_reason_of_its_own_keeps_its_code(self):
         self.assertEqual([command.error_of(code, "").code for code in (2, 3, 4, 5, 6, 75, 130, -9)], [2, 3, 4, 5, 6, 75, 130, 137])
         refused = {"sph": CaseError("no"), "mlpg": CaseError("nor this")}
@@ -817,6 +930,32 @@ class Studies(unittest.TestCase):
         self.assertEqual(study.study("wall.toml").reused, 3)  # what a signal has ended is run again
         self.assertEqual([ax.get_ylabel() for ax in done.plot().axes][:2], ["probe front [K]", "probe back [K]"])
         self.assertEqual(study.study("wall.toml", values={"material.m.conductivity": ["7 W/(m K)"]}).reused, 0)
+
+    def test_runs_are_kept_as_long_as_nothing_that_made_them_changes(self):
+        case = copy.deepcopy({key: value for key, value in FITTED.items() if key != "fit"})
+        case["material"]["m"]["conductivity"] = {"file": "k.csv"}
+        case["variant"] = [{"name": "cold", "set": {"boundary": {"out": {"convection": {"ambient": "200 K"}}}}}]
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        values = {"boundary.in.flux": ["10 kW/m^2", "5 kW/m^2"]}
+
+        def fronts(k, case):
+            """Temperatures at the front, and how many runs were there before."""
+            pathlib.Path("k.csv").write_text(f"T [K],k [W/(m K)]\n0,{k}\n2000,{k}\n")
+            done = study.study(case, "runs", values=values)
+            return [round(row["probe front [K]"]) for row in done.rows], done.reused
+
+        # Ambient + flux (0.1 m/k + 1/(50 W/(m^2 K))).
+        self.assertEqual(fronts(5, "wall.toml"), ([700, 500], 0))
+        self.assertEqual(fronts(5, "wall.toml"), ([700, 500], 2))
+        self.assertEqual(fronts(10, "wall.toml"), ([600, 450], 0))
+        self.assertEqual(fronts(10, Case("wall.toml", variant="cold")), ([500, 350], 0))
+        self.assertEqual(fronts(5, "wall.toml"), ([700, 500], 2))
+        with unittest.mock.patch.object(command, "fingerprint", lambda: "another program"):
+            self.assertEqual(fronts(5, "wall.toml"), ([700, 500], 0))
+        done = study.study("wall.toml", "runs", values={"variant": ["cold"], **values})
+        self.assertEqual(([row["variant"] for row in done.rows], done.reused), (["cold", "cold"], 0))  # with k = 5
+        said = subprocess.run([CALOR, "study", "wall.toml", "variant=cold", "boundary.in.flux=[\"5 kW/m^2\"]", "-o", "runs"], capture_output=True, text=True)
+        self.assertIn("1 runs, 1 of them from before", said.stdout, said.stderr)
 
     def test_rows_of_values_are_run_in_place_of_combinations(self):
         values = {"method": ["sph", "mlpg"], "a": [1, 2]}
