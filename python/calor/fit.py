@@ -30,13 +30,14 @@ LONGEST_STEP = 0.5    # of an unknown in one step, of its value or scale
 DIFFERENCE = 1e-2     # of an unknown for a derivative, of its size: well above what adaptive steps and solvers leave
 CONVERGED = 0.1       # change of the unknowns in the end, of their standard deviations
 ALIKE = 0.9           # correlation of unknowns that can hardly be told apart
+UNTOLD = 1e12         # standard deviation over the size of a combination of unknowns that nothing tells
 VAGUE = 0.5           # standard deviation over the value of an unknown that the data do not tell
 
 
 @dataclass
 class Fit:
-    """What came out. `values` in the units of the case, `deviation`: their standard deviations, `correlation`: a matrix;
-    `misfit`: sum of squares over measurements less unknowns, 1 where the noise is as stated."""
+    """What came out. `values` in the units of the case, `deviation`: their standard deviations, infinite where the data tell nothing;
+    `correlation`: a matrix; `misfit`: sum of squares over measurements less unknowns, 1 where the noise is as stated."""
 
     unknowns: list[Unknown]
     data: list[Data]
@@ -61,6 +62,11 @@ class Fit:
         """What the case gives in place of data[n]."""
         computed: Array = self.data[n].value + self.data[n].noise * self.residuals[n]
         return computed
+
+    def shown(self, n: int) -> str:
+        """The value of an unknown with its interval."""
+        value, bar, unit = self.values[n], 1.96 * self.deviation[n], self.unknowns[n].unit
+        return convergence.text(value, bar, unit) if bar < abs(value) else f"{value:.3g} ± {bar:.2g} {unit}".strip()
 
     def plot(self) -> Figure:
         """Computed and measured values, and their differences. Needs python3-matplotlib."""
@@ -90,8 +96,7 @@ class Fit:
         width = max(len(key) for key in [*(u.key for u in self.unknowns[: self.single]), *(f.key for f in self.fields)])
         lines = [f"{sum(d.value.size for d in self.data)} measurements, {len(self.unknowns)} unknowns, {self.runs} runs; misfit {self.misfit:.2f} (1 as the noise says)"]
         for n, u in enumerate(self.unknowns[: self.single]):
-            shown = convergence.text(self.values[n], 1.96 * self.deviation[n], u.unit)
-            lines.append(f"{u.key:<{width}}  {shown}  (95 %; start {u.start:g})")
+            lines.append(f"{u.key:<{width}}  {self.shown(n)}  (95 %; start {u.start:g})")
         first = self.single
         for f in self.fields:
             part = slice(first, first := first + len(f.unknowns))
@@ -107,7 +112,7 @@ class Fit:
         return "\n".join(lines + self.remarks())
 
     def to_json(self) -> dict[str, Any]:
-        return {"unknowns": [{"key": u.key, "unit": u.unit, "value": float(v), "deviation": float(s)} for u, v, s in zip(self.unknowns, self.values, self.deviation)],
+        return {"unknowns": [{"key": u.key, "unit": u.unit, "value": float(v), "deviation": float(s) if math.isfinite(s) else None} for u, v, s in zip(self.unknowns, self.values, self.deviation)],
                 "correlation": self.correlation[: self.single, : self.single].tolist(), "told": self.told, "misfit": self.misfit, "runs": self.runs, "converged": self.converged,
                 "remarks": self.remarks(),
                 "data": [{"name": d.name, "time": [None if math.isinf(t) else t for t in d.t.tolist()], "measured": d.value.tolist(),
@@ -292,13 +297,14 @@ class Search:
 
     def _fit(self, x: Array, r: Array, J: Array, result: Result, converged: bool) -> Fit:
         size = self.reach(x)
-        _, s, V = np.linalg.svd(J * size, full_matrices=False)
-        with np.errstate(divide="ignore"):
-            covariance = (V.T * np.where(s > 1e-12 * s[0], 1 / np.maximum(s, 1e-300) ** 2, 1e24)) @ V
-        deviation = np.sqrt(np.diag(covariance)) * size
+        _, s, V = np.linalg.svd(J * size)
+        told_by = s > 1e-12 * s[0]  # combinations of the unknowns that the data tell; V has those they do not, too
+        of_told, of_others = V[: s.size][told_by] / s[told_by, None], np.vstack([V[: s.size][~told_by], V[s.size:]])
+        covariance = of_told.T @ of_told + UNTOLD**2 * of_others.T @ of_others
         spread = np.sqrt(np.diag(covariance))
+        deviation = np.where(np.sum(of_others**2, axis=0) > 1e-12, math.inf, spread * size)
         measured = J[: sum(d.value.size for d in self.data)]
-        told = float(np.sum((measured @ (covariance * np.outer(size, size))) * measured))
+        told = float(np.sum((measured * size @ of_told.T) ** 2))
         residuals, first = [], 0
         for d in self.data:
             residuals.append(r[first: first + d.value.size])

@@ -645,6 +645,19 @@ class Fits(unittest.TestCase):
         found = self.fitted({"fit.data": [FITTED["fit"]["data"][0]]})
         self.assertTrue(any("can hardly be told apart" in text or "hardly tell" in text for text in found.remarks()), found.remarks())
 
+    def test_of_fewer_readings_than_unknowns_the_intervals_are_infinite(self):
+        # The back is at 300 K + flux/h, whatever both are: more of one goes with more of the other.
+        unknown = [{"key": "boundary.in.flux", "start": "10 kW/m^2"}, FITTED["fit"]["unknown"][1]]
+        once = {"probe": "back", "value": "400 K", "noise": "1 K"}
+        for data in ([once], [once, once]):
+            found = self.fitted({"fit.unknown": unknown, "fit.data": data})
+            self.assertTrue(np.isinf(found.deviation).all(), found.deviation)
+            self.assertAlmostEqual(found.correlation[0, 1], 1, places=6)
+            self.assertAlmostEqual(found.told, 1, places=6)
+            self.assertAlmostEqual(found.values[0] * 1e3 / found.values[1], 100, delta=0.1)
+            self.assertRegex(found.table(), r"boundary.in.flux +\d[\d.]* ± inf kW/m\^2")
+            self.assertEqual(json.loads((found.folder / "fit.json").read_text())["unknowns"][0]["deviation"], None)
+
     def test_what_is_known_before_counts(self):
         unknown = [{**FITTED["fit"]["unknown"][0], "expected": "8 W/(m K)", "within": "0.0001 W/(m K)"}, FITTED["fit"]["unknown"][1]]
         self.assertAlmostEqual(self.fitted({"fit.unknown": unknown}).values[0], 8, delta=0.001)
