@@ -47,13 +47,17 @@ class Search {
     return {half_reach_ * sum.x + length_, half_reach_ * sum.y + length_, half_reach_ * sum.z + length_};
   }
   void search(const Class& c, const Vec3& p, const Vec3& metric, std::vector<std::int32_t>& buffer, Hits& hits) const;
-  void scan(std::int32_t begin, std::int32_t end, const Vec3& p, double d, std::int32_t* out, Hits& hits) const;
+  /// Calls scan(begin, end, out) for the positions in the cells of every row within reach; it appends to out.
+  template <class Scan>
+  void for_each_row(const Class& c, const Vec3& p, const Vec3& metric, std::vector<std::int32_t>& buffer,
+                    const Hits& hits, const Scan& scan) const;
   void scan_metric(std::int32_t begin, std::int32_t end, const Vec3& p, const Vec3& metric, std::int32_t* out,
                    Hits& hits) const;
 
   void sort_by_counting(std::span<const std::int32_t> found, std::span<std::int32_t> sorted) const;
 
   static constexpr std::size_t most_counted = 256;  // beyond, n^2 is too much
+  static constexpr int widest = 8;                  // of the vectors: the arrays that they read end in so many more
   double half_reach_, length_;
   Vec3 largest_;
   bool isotropic_;
@@ -62,6 +66,7 @@ class Search {
   std::vector<double> x_, y_, z_, d_;  // d_: spacing of isotropic clouds
   std::vector<Vec3> metric_;           // of the others
   std::vector<std::int64_t> id_;
+  std::vector<std::int32_t> short_id_;  // less the lowest one; empty where that is too much
   std::vector<std::int32_t> local_;
 };
 
