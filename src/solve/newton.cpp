@@ -231,7 +231,7 @@ PetscErrorCode Newton::converged(SNES snes, PetscInt iteration, PetscReal, Petsc
     const double residual = newton.largest_in_units_of(newton.tolerance_);
     // What is a small imbalance of a steady state changes with the flows.
     const double left = newton.is_steady_ ? R_norm / newton.last_norm_ : residual / newton.last_residual_;
-    const double slow = newton.is_steady_ ? 0.5 : 0.1;
+    const double slow = newton.is_steady_ ? 0.2 : 0.1;
     const bool falls_no_further = residual > 0.5 * newton.last_residual_;
     PetscInt most_iterations = 0;
     check(SNESGetTolerances(snes, nullptr, nullptr, nullptr, &most_iterations, nullptr));
