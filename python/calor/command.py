@@ -89,7 +89,7 @@ def key_at(text: str, line: int) -> str | None:
 def error_of(code: int, said: str) -> CalorError:
     """The exception for a message of calor and its exit code."""
     lines = [line for line in said.splitlines() if line.strip()]
-    message = lines[-1] if lines else f"calor ended with code {code}"
+    message = lines[-1].removeprefix("calor: ") if lines else f"calor ended with code {code}"
     if code == CaseError.code:
         if by_change := re.match(r"command line \(([^)]*)\): ", message):
             return CaseError(message, None, None, None, by_change[1])

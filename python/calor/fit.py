@@ -85,6 +85,11 @@ class Fit:
                 if abs(self.correlation[n, m]) > ALIKE:
                     said.append(f"{self.unknowns[m].key} and {u.key} can hardly be told apart (correlation {self.correlation[n, m]:+.2f}): "
                                 "the data know a combination of them better than each.")
+        first = self.single
+        for f in self.fields:
+            values = self.values[first: (first := first + len(f.unknowns))]
+            if held := sum(value in (u.low, u.high) for u, value in zip(f.unknowns, values)):
+                said.append(f"{held} of {values.size} values of {f.key} lie at a limit: the data ask for more; their intervals are too narrow.")
         if self.misfit > 2:
             said.append(f"Measured and computed values differ by {math.sqrt(self.misfit):.1f} times the noise: the noise is larger than stated, or the model lacks something.")
         if not self.converged:

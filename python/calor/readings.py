@@ -65,10 +65,10 @@ def refusal(problem: str, cure: str, place: str) -> CaseError:
 def read_rows(path: pathlib.Path, where: str) -> tuple[list[str], list[tuple[str, list[str]]]]:
     """The headings of a CSV file, and its rows with their places. Raises CaseError."""
     try:
-        with path.open(newline="") as file:
+        with path.open(newline="", encoding="utf-8-sig", errors="replace") as file:  # as spreadsheets write them
             rows = list(csv.reader(file))
-    except OSError as error:
-        raise refusal(f"{path} cannot be read: {error.strerror}", "give the name of a CSV file relative to the case", where) from None
+    except (OSError, csv.Error) as error:
+        raise refusal(f"{path} cannot be read: {getattr(error, 'strerror', error)}", "give the name of a CSV file relative to the case", where) from None
     if not rows:
         raise refusal(f"{path} is empty", "give a file with a line of headings", where)
     return [text.strip() for text in rows[0]], [(f"{path}:{line}", row) for line, row in enumerate(rows[1:], 2) if any(cell.strip() for cell in row)]
@@ -122,17 +122,20 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
     try:
         noise = quantities.in_unit(entry["noise"], kind, difference=True)
-        if not noise > 0:
-            raise refuse(f"a noise of {entry['noise']}", "give a standard deviation above 0")
-        if ("value" in entry) == ("file" in entry):
-            raise refuse("no measurements, or two kinds of them", "give either 'file' or 'value'")
-        if "value" in entry:
-            t = quantities.in_unit(entry["at"], "s") if "at" in entry else math.inf
-            if t != math.inf and not 0 <= t <= end:
-                raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
-            return [Data(name, source, np.array([t]), np.array([quantities.in_unit(entry["value"], kind)]), noise, where)]
+        value = quantities.in_unit(entry["value"], kind) if "value" in entry else math.nan
+        t = quantities.in_unit(entry["at"], "s") if "at" in entry else math.inf
     except CaseError as error:
         raise refuse(str(error), "correct it") from None
+    if not noise > 0:
+        raise refuse(f"a noise of {entry['noise']}", "give a standard deviation above 0")
+    if ("value" in entry) == ("file" in entry):
+        raise refuse("no measurements, or two kinds of them", "give either 'file' or 'value'")
+    if "at" in entry and (math.isinf(end) or "file" in entry):
+        raise refuse(f"a time of {entry['at']} in a {'steady case' if math.isinf(end) else 'file, which has its own'}", "leave 'at' out")
+    if "value" in entry:
+        if t != math.inf and not 0 <= t <= end:
+            raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
+        return [Data(name, source, np.array([t]), np.array([value]), noise, where)]
     path = folder / entry["file"]
     written, rows = read_rows(path, where)
     headings = [split_unit(text) for text in written]

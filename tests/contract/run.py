@@ -41,7 +41,7 @@ class Contract(unittest.TestCase):
                       ["run", "plate.toml", "-j", "0"], ["doc", "cloud.radiuss"]):
             done = self.calor(*words, code=2)
             self.assertEqual(done.stdout, "")
-            self.assertNotEqual(done.stderr, "")
+            self.assertEqual(done.stderr.count("\n"), 1, done.stderr)
         self.assertIn("did you mean 'cloud.radius'?", done.stderr)
 
     def test_help_lists_the_verbs_and_nothing_that_does_not_exist(self):

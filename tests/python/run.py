@@ -187,6 +187,8 @@ class Package(unittest.TestCase):
         with self.assertRaises(NumbersError):
             Case(PLATE, {"material.steel.conductivity": {"formula": "310 - T", "unit": "W/(m K)"}}).run()
         self.assertTrue(issubclass(NumbersError, CalorError))
+        with self.assertRaisesRegex(CommandError, "^-j: .*0"):
+            Case(PLATE).run(j=0)
 
     def test_a_failed_expectation_is_a_result(self):
         result = Case({**PLATE, "expect": [{"probe": "cold", "value": "0 degC", "within": "1 K"}]}).run()
@@ -706,7 +708,10 @@ class Fits(unittest.TestCase):
             pathlib.Path("tc.csv").write_text(rows)
             with self.assertRaisesRegex(CaseError, words):
                 fit.fit("wall.toml", "fit")
-        for changes, words in (({"fit.data": [{"probe": "top", "value": "300 K", "noise": "1 K"}]}, "wall.toml:.* no probe 'top'"),
+        once = FITTED["fit"]["data"][1]
+        for changes, words in (({"fit.data": [{**once, "noise": "-1 K"}]}, r"^wall.toml:\d+: a noise of -1 K: give a standard deviation above 0$"),
+                               ({"fit.data": [{**once, "at": "5 s"}]}, r"wall.toml:\d+: a time of 5 s in a steady case"),
+                               ({"fit.data": [{"probe": "top", "value": "300 K", "noise": "1 K"}]}, "wall.toml:.* no probe 'top'"),
                                ({"fit.unknown": [{"key": "material.n.conductivity", "start": "1 W/(m K)"}]}, "has no 'material.n.conductivity'"),
                                ({"fit.unknown": [{"key": "material.m.conductivity", "start": "1 W/mm"}]}, "wall.toml:.*'W/mm' cannot be converted to 'W/\\(m K\\)'")):
             with self.assertRaisesRegex(CaseError, words):
@@ -766,6 +771,21 @@ class Fields(unittest.TestCase):
         self.assertIn("6 values, ", found.table())
         again = Case("fit/plate-fitted.toml").run("again", show_progress=False)
         self.assertAlmostEqual(again.probes["p0"][-1], 425, delta=0.2)
+
+    def test_readings_are_read_as_spreadsheets_write_them(self):
+        self.fitted()
+        for written, words in ((b"\xef\xbb\xbfprobe,T [degC]\r\np0,150\r\n", None), ("probe,T [\u00b0C]\np0,150\n".encode(), None),
+                               ("probe,T [\u00b0C]\np0,150\n".encode("latin-1"), "plate.csv:1: .* is not a unit"), (b"probe,T [K]\np0,\0\n", "plate.csv.*p0")):
+            pathlib.Path("plate.csv").write_bytes(written)
+            if words:
+                with self.assertRaisesRegex(CaseError, words):
+                    fit.fit("plate.toml", "fit")
+            else:
+                self.assertAlmostEqual(fit.fit("plate.toml", "fit").data[0].value[0], 423.15)
+
+    def test_values_of_a_field_at_a_limit_are_told(self):
+        found = self.fitted({"fit.field": [{**FITTED_PLATE["fit"]["field"][0], "to": "6 W/(m K)"}]})  # of 8 W/(m K)
+        self.assertRegex(found.table(), r"\d of 6 values of material.m.conductivity.grid lie at a limit")
 
     def test_without_measurements_that_tell_the_field_is_as_expected(self):
         found = self.fitted({"fit.data": [{"file": "plate.csv", "noise": "10000 K"}]})
