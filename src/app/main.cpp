@@ -278,9 +278,8 @@ int command(int argc, char** argv) {
   CLI::App app{"calor computes temperatures in solids without a mesh.", "calor"};
   app.set_version_flag("--version", "calor " CALOR_VERSION);
   app.require_subcommand(1);
-  app.failure_message([](const CLI::App*, const CLI::Error& e) {
-    return fmt::format("calor: {} (calor help says more)\n", e.what());
-  });
+  app.failure_message(
+      [](const CLI::App*, const CLI::Error& e) { return fmt::format("calor: {} (calor help says more)\n", e.what()); });
   CommandLine a;
   a.words = without_ranks(argc, argv);
   const Verbs verbs = add_verbs(app, a);
