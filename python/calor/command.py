@@ -18,6 +18,8 @@ from typing import TypeVar
 Item = TypeVar("Item")
 Out = TypeVar("Out")
 
+LONGEST_WORD = 128 * 1024  # of a command line, in bytes: MAX_ARG_STRLEN of Linux
+
 PACKAGE = pathlib.Path(__file__).resolve().parent
 
 
@@ -118,6 +120,9 @@ def together(refused: Mapping[str, CalorError]) -> CalorError:
 def run(words: Sequence[str], progress: Callable[[float, str], None] | None = None) -> tuple[int, str]:
     """Runs the command and returns its exit code, 0 or 1, and what it printed. `progress` is told the part of the run
     that is done, 0 to 1, and a line. An interrupt ends the run after its step. Raises CalorError for other codes."""
+    if longest := max((word for word in words if len(word.encode()) >= LONGEST_WORD), key=len, default=""):
+        raise CommandError(f"{longest.partition('=')[0]} is too long for the command line ({len(longest) / 1024:.0f} of {LONGEST_WORD // 1024} kB): write it into the case, "
+                           "or into a file that the case names")
     environment = {**os.environ, "CALOR_TERMINAL": "1" if progress else "0"}
     said = b""
     with tempfile.TemporaryFile() as printed, \

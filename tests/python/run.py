@@ -115,6 +115,8 @@ class Package(unittest.TestCase):
         self.assertEqual(changed.to_dict()["material"]["steel"], {**PLATE["material"]["steel"], "conductivity": function})
         self.assertEqual(changed.to_dict()["time"], {"end": "5 s", "tolerance": "1 K"})
         self.assertEqual(Case(PLATE, title="Other plate").name, "other-plate")
+        with self.assertRaisesRegex(CommandError, "parameter.p is too long for the command line .*write it into the case"):
+            Case(PLATE, {"parameter.p": [0.5] * 40000}).to_dict()
 
     def test_units_are_those_of_the_command(self):
         # By definition: an inch is 25.4 mm, a day 86400 s, 32 degF and 491.67 degR are 273.15 K.
