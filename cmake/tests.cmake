@@ -11,6 +11,9 @@ target_compile_definitions(unit_tests PRIVATE CALOR_SOURCE_DIR="${CMAKE_SOURCE_D
 add_dependencies(unit_tests calor)
 target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest::gtest rapidcheck PkgConfig::UDUNITS
                                          ZLIB::ZLIB)
+# Compiled rather than run for long: what they test is optimised elsewhere.
+target_compile_options(unit_tests PRIVATE $<$<CONFIG:Release>:-O1>)
+target_precompile_headers(unit_tests PRIVATE tests/unit/case_models.hpp <gtest/gtest.h> <fmt/format.h> <numbers> <numeric>)
 # A process each costs 0.1 s to start MPI and PETSc, together 25 s on two cores, and names what fails. Found when ctest
 # runs, because a build with sanitizers has to be told first that MPI leaks (./dev sanitize).
 gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
