@@ -1,4 +1,4 @@
-// Times at which a formula of time jumps, or begins to change after it has stood still: steps that follow the body
+// When a formula of time jumps, begins to change or comes to rest, and how fast it changes: steps that follow the body
 // alone would pass over what happens between two of them.
 #include <algorithm>
 #include <cmath>
@@ -62,7 +62,7 @@ std::optional<double> jump_between(const Values& values, double low, double high
 
 }  // namespace
 
-std::vector<double> Function::changes(const Course& course) const {
+Changes Function::found_changes(const Course& course) const {
   const std::span<const Vec3> all(course.places);
   const Values values(*this, depends_on_place() ? all : all.first(1), course.T);
   std::vector<std::vector<double>> value;
@@ -85,23 +85,41 @@ std::vector<double> Function::changes(const Course& course) const {
   }
 
   constexpr double still = 1e-9, fast = 1e-2;  // changes from sample to sample, in parts of the range
-  constexpr int rest = 10;                     // samples: what a smooth function does not stand still for
-  std::vector<double> times;
-  int quiet = 0;
+  constexpr std::size_t rest = 10;             // samples: what a smooth function does not stand still for
+  constexpr double from_mark_to_mark = 0.02;   // of the range
+  Changes found;
+  const auto time = [&](std::size_t n) { return course.end * static_cast<double>(n) / samples; };
+  double since_mark = 0;
+  std::size_t quiet = 0;
+  bool moves = false;
   for (std::size_t n = 1; n < value.size(); ++n) {
     const double v = change(value[n - 1], value[n], range);
-    const double begin = course.end * static_cast<double>(n - 1) / samples;
     if (v > fast) {
-      if (const auto jump = jump_between(values, begin, course.end * static_cast<double>(n) / samples, range)) {
-        times.push_back(*jump);
+      if (const auto jump = jump_between(values, time(n - 1), time(n), range)) {
+        found.events.push_back(*jump);
         quiet = 0;
+        moves = false;
         continue;
       }
     }
-    if (v > still && quiet >= rest) times.push_back(begin);
-    quiet = v > still ? 0 : quiet + 1;
+    if (v > still) {
+      if (quiet >= rest) found.events.push_back(time(n - 1));
+      quiet = 0;
+      moves = true;
+    } else if (++quiet == rest && moves) {
+      found.events.push_back(time(n - rest));
+      moves = false;
+    }
+    // As if it changed evenly from sample to sample.
+    const double before = since_mark;
+    since_mark += v;
+    for (int mark = 1; mark * from_mark_to_mark <= since_mark; ++mark) {
+      const double part = (mark * from_mark_to_mark - before) / v;
+      found.marks.push_back((1 - part) * time(n - 1) + part * time(n));
+    }
+    since_mark = std::fmod(since_mark, from_mark_to_mark);
   }
-  return times;
+  return found;
 }
 
 }  // namespace calor

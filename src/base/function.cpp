@@ -266,8 +266,9 @@ Function Function::with_breaks(std::vector<double> times) const {
   return function;
 }
 
-std::vector<double> Function::events() const {
-  return events_.empty() && course_ && course_->end > 0 ? changes(*course_) : events_;
+Changes Function::changes() const {
+  return events_.empty() && course_ && course_->end > 0 ? found_changes(*course_)
+                                                        : Changes{.events = events_, .marks = {}};
 }
 
 bool Function::depends_on_place() const { return kind_->on.place; }

@@ -44,13 +44,25 @@ struct Course {
   double T = 300;            ///< a temperature of it, K
 };
 
+/// When something changes in time, ascending, s. Steps land on the events, at which it jumps or has a kink, begins to
+/// change after it has stood still or comes to rest. From mark to mark it changes by a fiftieth of its range: steps
+/// pass over a few of them at most, so that they do not miss what it does.
+struct Changes {
+  std::vector<double> events, marks;
+
+  void add(const Changes& others) {
+    events.insert(events.end(), others.events.begin(), others.events.end());
+    marks.insert(marks.end(), others.marks.begin(), others.marks.end());
+  }
+};
+
 /// Cheap to copy. Copies of a formula share its parser: not for several threads at once.
 class Function {
  public:
   Function();  ///< zero
   static Function constant(double value, const SourceLocation& location = {});
   /// muparser expression in x, y, z, r, t, T, pi, e, named parameters and lengths. r = sqrt(x^2 + y^2); log is ln.
-  /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see events(), which finds
+  /// Throws Error(bad_case, location, ...) for syntax errors and unknown symbols. `events`: see changes(), which finds
   /// them by itself if there are none and the course of the run is known.
   static Function formula(const std::string& expression, const FormulaUnits& units,
                           const std::map<std::string, double>& parameters = {}, const SourceLocation& location = {},
@@ -95,17 +107,16 @@ class Function {
 
   /// f(T) as a curve over [lo, hi]; only for functions of temperature alone (or constants).
   Curve curve(double lo, double hi) const;
-  /// Times at which a function of time jumps or has a kink, or begins to change after it has stood still, ascending:
-  /// time steps land on them.
-  std::vector<double> events() const;
+  /// When a function of time changes. What a formula does is found from its values at 10,000 times of the run, unless
+  /// it comes with events of its own.
+  Changes changes() const;
   const SourceLocation& location() const;
 
   struct Kind;
 
  private:
   explicit Function(std::shared_ptr<const Kind> kind);
-  /// Jumps, and where it begins to change, found from many values over the run.
-  std::vector<double> changes(const Course& course) const;
+  Changes found_changes(const Course& course) const;
   std::shared_ptr<const Kind> kind_;
   std::vector<double> events_;
   std::shared_ptr<const Course> course_;

@@ -64,7 +64,7 @@ void add_face(BoundarySection& s, const std::string& face, const Cloud& cloud) {
 /// Of every facet of a cloud without points on its walls: where its wall is nearest to its point.
 std::vector<Vec3> places_on_walls(const Cloud& cloud) {
   std::vector<Vec3> places;
-  for (const Facet& p : cloud.facets) places.push_back(cloud.x[p.point] + wall_distance(cloud, p) * p.normal);
+  for (const Facet& p : cloud.facets) places.push_back(place_on_wall(cloud, p));
   return places;
 }
 

@@ -26,7 +26,7 @@ class SurfaceFlux {
   virtual bool derivative_depends_on_time() const { return false; }
   /// Does it draw the surface towards the ambient temperature and no farther?
   virtual bool draws_to_ambient() const { return false; }
-  virtual std::vector<double> events() const = 0;
+  virtual Changes changes() const = 0;
   /// Ambient temperatures at time t, for the range of temperatures to expect; empty for a plain flux.
   virtual std::vector<double> ambient(std::span<const Vec3> x, double t) const = 0;
 };

@@ -32,7 +32,7 @@ class Convection final : public SurfaceFlux {
   bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return !h_.function().depends_on_temperature(); }
   bool derivative_depends_on_time() const override { return h_.function().depends_on_time(); }
-  std::vector<double> events() const override { return events_of(h_.function(), ambient_.function()); }
+  Changes changes() const override { return changes_of(h_.function(), ambient_.function()); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:

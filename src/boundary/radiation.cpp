@@ -39,7 +39,7 @@ class Radiation final : public SurfaceFlux {
   }
   bool draws_to_ambient() const override { return true; }
   bool linear_in_temperature() const override { return false; }
-  std::vector<double> events() const override { return events_of(emissivity_.function(), ambient_.function()); }
+  Changes changes() const override { return changes_of(emissivity_.function(), ambient_.function()); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:

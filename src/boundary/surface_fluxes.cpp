@@ -20,7 +20,7 @@ class PrescribedFlux final : public SurfaceFlux {
   bool depends_on_temperature() const override { return q_.function().depends_on_temperature(); }
   bool depends_on_place() const override { return q_.function().depends_on_place(); }
   bool linear_in_temperature() const override { return !depends_on_temperature(); }
-  std::vector<double> events() const override { return q_.function().events(); }
+  Changes changes() const override { return q_.function().changes(); }
   std::vector<double> ambient(std::span<const Vec3>, double) const override { return {}; }
 
  private:
@@ -66,10 +66,9 @@ void check_range(std::span<const double> values, double low, double high, const 
   }
 }
 
-std::vector<double> events_of(const Function& a, const Function& b) {
-  auto all = a.events();
-  const auto more = b.events();
-  all.insert(all.end(), more.begin(), more.end());
+Changes changes_of(const Function& a, const Function& b) {
+  Changes all = a.changes();
+  all.add(b.changes());
   return all;
 }
 

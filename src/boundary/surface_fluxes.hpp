@@ -28,8 +28,8 @@ Registry<SurfaceFluxKind>& surface_fluxes();
 void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,
                  const std::string& what, const std::string& unit, const std::string& cure);
 
-/// The events in time of both.
-std::vector<double> events_of(const Function& a, const Function& b);
+/// Of both in time.
+Changes changes_of(const Function& a, const Function& b);
 
 /// f, a function of place and time, at the points x at time t.
 std::vector<double> values_of(const PointFunction& f, std::span<const Vec3> x, double t);

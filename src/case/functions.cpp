@@ -178,8 +178,9 @@ Function read_table(const FunctionTable& parts, const Context& context) {
   Curve curve = Curve::through(rows.x, rows.y, how == "cubic" ? Interpolation::cubic : Interpolation::linear);
   if (argument.si == "m")
     return Function::of_coordinate(argument.name[0], curve_profile(std::move(curve)), at.location);
-  return argument.si == "K" ? Function::of_temperature(std::move(curve), at.location)
-                            : Function::of_time(std::move(curve), at.location);
+  if (argument.si == "K") return Function::of_temperature(std::move(curve), at.location);
+  const Function f = Function::of_time(std::move(curve), at.location);
+  return how == "cubic" ? f.with_breaks(std::move(rows.x)) : f;  // smooth, but what it does is between its rows
 }
 
 Function read_layers(const FunctionTable& parts) {

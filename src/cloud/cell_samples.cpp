@@ -71,6 +71,10 @@ double wall_distance(const Cloud& cloud, const Facet& facet) {
   return std::max(std::abs(cloud.walls[facet.face] - cloud.x[i][axis]), least * cloud.metric[i][axis]);
 }
 
+Vec3 place_on_wall(const Cloud& cloud, const Facet& facet) {
+  return cloud.x[facet.point] + wall_distance(cloud, facet) * facet.normal;
+}
+
 CellSampler::CellSampler(const Cloud& cloud)
     : cloud_(cloud), cells_(cloud.x, mean(cloud.spacing)), order_(order_by_cells(cells_, cloud.x)) {
   for (const Facet& facet : cloud.facets) {

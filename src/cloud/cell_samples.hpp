@@ -24,6 +24,8 @@ struct CellSamples {
 /// Distance of a facet from its point, m: 0 on clouds with points on the walls. In boxes the plane of the wall is
 /// known; elsewhere the wall lies half a cell away.
 double wall_distance(const Cloud& cloud, const Facet& facet);
+/// Where the wall is nearest to the point of a facet, m.
+Vec3 place_on_wall(const Cloud& cloud, const Facet& facet);
 
 /// Weights of places spread evenly over a cell or facet in the plane of the cloud; they add up to 1. The thickness of
 /// an axisymmetric body is that of the place.

@@ -47,7 +47,7 @@ class HeatTerm {
   virtual void add_row_sums(Evaluation& at, std::span<double> sums) = 0;
   virtual Traits traits() const = 0;
   /// Times at which data jump or have kinks, or the term itself changes (bonds that fail) by `apply`.
-  virtual std::vector<double> events() const { return {}; }
+  virtual Changes changes() const { return {}; }
   /// Changes what changes by itself at time t, one of the events.
   virtual void apply(double /*t*/) {}
 };

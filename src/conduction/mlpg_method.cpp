@@ -242,9 +242,12 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   if (!material.is_isotropic() && parts.count() > 1)
     table.refuse(asked, "a material that conducts differently by direction is one part of several",
                  "leave it out, or take flux = \"edge-stabilised\"");
-  if (!material.is_isotropic() && !cloud.points_on_walls)
-    c.section("cloud").refuse("file", "a material that conducts differently by direction needs points on the walls",
-                              "let the file describe points on the surface of the body");
+  if (!material.is_isotropic() && !cloud.points_on_walls) {
+    const Table body = c.section("cloud");
+    body.refuse(body.has("file") ? "file" : "at",
+                "a material that conducts differently by direction needs points on the walls",
+                body.has("file") ? "let the file describe points on the surface of the body" : "use at = \"walls\"");
+  }
   if (const Anisotropy* anisotropy = material.anisotropy(0)) {
     if (anisotropy->cylinder && cloud.axisymmetric)
       c.section("cloud").refuse("axisymmetric", "the material is wound around a line of its own",

@@ -33,7 +33,7 @@ class PairConduction final : public Conduction {
       Conduction::heat_flux;
   std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
   Traits traits() const override { return {.is_constant = series_.openings().empty() && !series_.depends_on_T()}; }
-  std::vector<double> events() const override { return series_.openings(); }
+  Changes changes() const override { return {.events = series_.openings(), .marks = {}}; }
   /// Opens the cracks whose time has come.
   void apply(double t) override { series_.open(t); }
   const QuadraturePoints* ends() const override { return series_.exist() ? &series_.ends() : nullptr; }

@@ -92,6 +92,11 @@ PairDirections pair_directions(const Case& c, const Cloud& cloud, const Material
                 "their axes",
                 "use a box without jitter and factors along x and y, or method = \"mlpg\"");
   directions.of_parts.clear();
+  if (material.parts().has_contacts())
+    root.refuse("method",
+                "contacts in a material that conducts differently by direction are known in boxes without jitter "
+                "alone, between parts that meet on planes normal to the axes",
+                "put the contacts there, leave them out, or give all materials the same conductivity along all axes");
   const bool one = is_the_same_everywhere(material) && !material.anisotropy(0)->cylinder;
   if (!one)
     root.refuse(
@@ -101,9 +106,6 @@ PairDirections pair_directions(const Case& c, const Cloud& cloud, const Material
         material.parts().count() == 1
             ? "use method = \"mlpg\""
             : "use a box without jitter whose axes are those of all materials, or one anisotropy for all parts");
-  if (material.parts().has_contacts())
-    root.refuse("method", "contacts in a material that conducts differently by direction are not known on this cloud",
-                "use a box without jitter whose axes are those of all materials");
   if (!cloud.points_on_walls)
     root.refuse("method",
                 "points off the walls of a material that conducts differently by direction are served on lattices "

@@ -38,7 +38,7 @@ Label condition_of_facets(const HeatSystem& system) {
       const Facet& facet = cloud.facets[n];
       if (facet.face != static_cast<int>(face)) continue;
       facets.push_back(n);
-      x.push_back(cloud.x[facet.point] + wall_distance(cloud, facet) * facet.normal);
+      x.push_back(place_on_wall(cloud, facet));
     }
     const std::vector<int> held = conditions_at(conditions, static_cast<int>(face), x);
     for (std::size_t n = 0; n < facets.size(); ++n)

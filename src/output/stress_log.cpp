@@ -28,10 +28,13 @@ class StressLog : public Observer {
     lowest_ = so_far[0], highest_ = so_far[1];
     log_.exchange(archive);
   }
+  /// A shock is at its worst long before the next record.
+  bool after_step(const Moment& m) override {
+    observe(m);
+    return true;
+  }
   void record(const Moment& m) override {
-    m.temperatures();  // for the ghosts
-    const Deformation d = stress_.deformation(m.u());
-    lowest_ = std::min(lowest_, d.lowest), highest_ = std::max(highest_, d.highest);
+    const Deformation d = observe(m);
     log_.row(std::array{m.state().t, d.lowest, d.highest, d.strain, d.curvature});
   }
   void finish(const Moment& m, RunResult& result) override {
@@ -44,6 +47,12 @@ class StressLog : public Observer {
   std::vector<std::string> numbers() const override { return {"lowest_stress", "highest_stress", "largest_stress"}; }
 
  private:
+  Deformation observe(const Moment& m) {
+    m.temperatures();  // for the ghosts
+    Deformation d = stress_.deformation(m.u());
+    lowest_ = std::min(lowest_, d.lowest), highest_ = std::max(highest_, d.highest);
+    return d;
+  }
   void write_section(const Deformation& d) const {
     const bool is_disc = stress_.components().size() > 1, is_written_here = rank_of(run_.comm()) == 0;
     std::string header = is_disc ? "s [m],r [m],T [K]" : "s [m],T [K]";

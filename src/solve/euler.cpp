@@ -36,7 +36,8 @@ class Euler final : public Stepper {
 
   double stable_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
     const bool bound_is_constant = system.jacobian_is_constant();
-    const double longest = system.longest_step(interval.begin(), interval.end());
+    const double longest = std::min(system.longest_step(interval.begin(), interval.end()),
+                                    interval.longest_step(state.t, marks_without_control));
     State before;
     while (true) {
       const double stable = bound_ > 0 ? options_.safety * 2 / bound_ : std::numeric_limits<double>::infinity();

@@ -17,7 +17,7 @@ class SurfaceFluxTerm final : public HeatTerm {
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
   void add_row_sums(Evaluation& at, std::span<double> sums) override;
   Traits traits() const override;
-  std::vector<double> events() const override { return term_.flux->events(); }
+  Changes changes() const override { return term_.flux->changes(); }
 
  private:
   /// Fills q_ and, if wanted, dq_dT_.
@@ -37,7 +37,7 @@ class SourceTerm final : public HeatTerm {
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
   void add_row_sums(Evaluation& at, std::span<double> sums) override;
   Traits traits() const override { return {.is_constant = !source_.depends_on_temperature()}; }
-  std::vector<double> events() const override { return source_.events(); }
+  Changes changes() const override { return source_.changes(); }
 
  private:
   std::span<const double> derivative(Evaluation& at);

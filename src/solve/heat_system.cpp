@@ -65,7 +65,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
     if (role_[i] != Role::free) not_free_.push_back(i);
   cloud.halo.update(is_known);
   is_known_.assign(is_known.begin(), is_known.end());
-  events_ = find_events();
+  find_changes();
 }
 
 void HeatSystem::exchange_materials(std::vector<MaterialField>& materials) {
@@ -291,14 +291,13 @@ double HeatSystem::longest_step(double begin, double end) const {
   return longest;
 }
 
-std::vector<double> HeatSystem::find_events() const {
-  std::vector<double> all;
-  const auto add = [&](const std::vector<double>& some) { all.insert(all.end(), some.begin(), some.end()); };
-  for (const HeatTerm* term : terms_) add(term->events());
-  for (const PrescribedTerm& term : conditions_.temperatures) add(term.temperature.events());
-  std::ranges::sort(all);
-  all.erase(std::ranges::unique(all).begin(), all.end());
-  return all;
+void HeatSystem::find_changes() {
+  for (const HeatTerm* term : terms_) changes_.add(term->changes());
+  for (const PrescribedTerm& term : conditions_.temperatures) changes_.add(term.temperature.changes());
+  for (std::vector<double>* times : {&changes_.events, &changes_.marks}) {
+    std::ranges::sort(*times);
+    times->erase(std::ranges::unique(*times).begin(), times->end());
+  }
 }
 
 void HeatSystem::apply(double t) {

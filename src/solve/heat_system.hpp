@@ -157,7 +157,8 @@ class HeatSystem {
   double longest_step(double begin, double end) const;
 
   /// Times at which data jump or have kinks, sorted.
-  const std::vector<double>& events() const { return events_; }
+  const std::vector<double>& events() const { return changes_.events; }
+  const Changes& changes() const { return changes_; }
   /// Changes what changes by itself at time t, one of the events (cracks that open).
   void apply(double t);
   /// Are there points that hold no heat and follow from algebraic rows? Collective.
@@ -198,7 +199,7 @@ class HeatSystem {
   };
   /// Collective.
   UniformBody rates_of_uniform_body();
-  std::vector<double> find_events() const;
+  void find_changes();
   /// Largest row sum over heat capacity, with a factor to those of surfaces and sources, in parts of `unit`, if it is
   /// given. Collective.
   double largest_rate_of_rows(double t, std::span<double> u, double exchange_factor, std::span<const double> unit);
@@ -219,7 +220,7 @@ class HeatSystem {
   std::vector<int> not_free_;       ///< owned points whose temperature does not follow from their heat
   std::vector<double> per_volume_;  ///< 1 / V of the owned points, m^-3
   std::vector<double> H_, kept_;    ///< room
-  std::vector<double> events_;
+  Changes changes_;
   bool has_massless_points_ = false, keeps_range_ = false;
   std::optional<UniformBody> uniform_body_;  ///< once explicit_rate_bound has asked for it
 };

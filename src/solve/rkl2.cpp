@@ -69,13 +69,15 @@ class Rkl2 final : public Stepper {
   double controlled_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
     while (true) {
       const double limit = euler_limit_;
-      const double dt = control_.next(state.t, interval.end(), std::min(longest_, longest_step(most_stages, limit)));
+      const double dt = control_.next(
+          state.t, interval.end(),
+          std::min({longest_, longest_step(most_stages, limit), interval.longest_step(state.t, marks_with_control)}));
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       require_motion(state.t, t_new);
       const int stages = stages_for(dt, limit);
       advance_stages(system, state, interval, dt, stages);
       evaluate(system, interval.data_time(t_new), T_, F_, power_);
-      const double always_good = least_part_of_euler * limit;
+      const double always_good = shortest_scale(interval, limit);
       if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state), always_good)) {
         ++counts.rejected;
         continue;

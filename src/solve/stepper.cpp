@@ -27,8 +27,9 @@ bool same_time(double a, double b) { return std::abs(a - b) <= 1e-12 * std::max(
 
 }  // namespace
 
-SmoothInterval::SmoothInterval(std::span<const double> events, double t, double t_end) : begin_(t), end_(t_end) {
-  for (double b : events) {
+SmoothInterval::SmoothInterval(const Changes& changes, double t, double t_end)
+    : marks_(changes.marks), begin_(t), end_(t_end) {
+  for (double b : changes.events) {
     if (same_time(b, t)) begins_at_break_ = true;
     if (same_time(b, t_end)) ends_at_break_ = true;
     if (b > t && b < end_ && !same_time(b, t) && !same_time(b, t_end)) end_ = b, ends_at_break_ = true;
@@ -39,6 +40,11 @@ double SmoothInterval::data_time(double t) const {
   const double inside = 1e-11 * std::max(end_ - begin_, std::max(std::abs(begin_), std::abs(end_)));
   const double low = begins_at_break_ ? begin_ + inside : begin_, high = ends_at_break_ ? end_ - inside : end_;
   return std::clamp(t, low, std::max(low, high));
+}
+
+double SmoothInterval::longest_step(double t, int marks) const {
+  const auto next = std::ranges::upper_bound(marks_, t * (1 + 1e-12));
+  return marks_.end() - next > marks ? next[marks] - t : std::numeric_limits<double>::infinity();
 }
 
 void Stepper::advance(HeatSystem& system, State& state, double t_end, const AfterStep& after_step) {
@@ -56,10 +62,10 @@ void Stepper::advance(HeatSystem& system, State& state, double t_end, const Afte
 
 void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
   if (const auto begin = std::exchange(stored_begin_, std::nullopt)) {
-    interval_.emplace(system.events(), *begin, t_end);
+    interval_.emplace(system.changes(), *begin, t_end);
     return;
   }
-  interval_.emplace(system.events(), state.t, t_end);
+  interval_.emplace(system.changes(), state.t, t_end);
   steps_in_interval_ = 0;
   if (!has_begun_) watch_.begin(system, state);
   const bool fresh = !has_begun_ || interval_->begins_at_break();

@@ -1,5 +1,6 @@
 #pragma once
 // What all integrators share: stretches of time without events in the data, step sizes, error tolerances.
+#include <algorithm>
 #include <functional>
 #include <memory>
 #include <optional>
@@ -7,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "base/function.hpp"
 #include "case/registry.hpp"
 #include "solve/integrator.hpp"
 #include "solve/range_watch.hpp"
@@ -17,16 +19,19 @@ namespace calor {
 /// gets its own value.
 class SmoothInterval {
  public:
-  /// From t to the next break or t_end.
-  SmoothInterval(std::span<const double> events, double t, double t_end);
+  /// From t to the next event or t_end. The changes must outlive it.
+  SmoothInterval(const Changes& changes, double t, double t_end);
 
   double begin() const { return begin_; }
   double end() const { return end_; }
   bool begins_at_break() const { return begins_at_break_; }
   /// The time at which data are evaluated for a stage at t.
   double data_time(double t) const;
+  /// A step from t as long as the data allow that pass over so many of their marks, s.
+  double longest_step(double t, int marks) const;
 
  private:
+  const std::vector<double>& marks_;
   double begin_, end_;
   bool begins_at_break_ = false, ends_at_break_ = false;
 };
@@ -103,8 +108,14 @@ class EqualSteps {
   double step_;
 };
 
-/// Adaptive steps shorter than this part of Euler's limit are taken whatever their error: nothing changes faster.
-constexpr double least_part_of_euler = 1e-3;
+/// Marks of the data that a step may pass over: with an eye on the error of steps, and without.
+constexpr int marks_with_control = 5, marks_without_control = 1;
+
+/// Adaptive steps shorter than this, s, are taken whatever their error: neither the body, whose scale is Euler's limit,
+/// nor the data change faster.
+inline double shortest_scale(const SmoothInterval& interval, double euler_limit) {
+  return 1e-3 * std::min(euler_limit, interval.end() - interval.begin());
+}
 
 /// Lengths of adaptive steps for a method whose step error grows like dt^3.
 class StepControl {

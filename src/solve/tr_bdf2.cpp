@@ -50,7 +50,8 @@ class TrBdf2 final : public ImplicitStepper {
   double controlled_step(HeatSystem& system, State& state, const SmoothInterval& interval) {
     constexpr double part_for_newton = 1e-3;
     while (true) {
-      const double dt = control_.next(state.t, interval.end(), longest_);
+      const double dt = control_.next(state.t, interval.end(),
+                                      std::min(longest_, interval.longest_step(state.t, marks_with_control)));
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       require_motion(state.t, t_new);
       const double allowed = tolerance(system, state);
@@ -60,7 +61,7 @@ class TrBdf2 final : public ImplicitStepper {
         ++counts.rejected;
         continue;
       }
-      const double always_good = least_part_of_euler * euler_limit_;
+      const double always_good = shortest_scale(interval, euler_limit_);
       if (!control_.judge(dt, error(system, dt) / allowed, always_good)) {
         ++counts.rejected;
         continue;

@@ -177,7 +177,7 @@ class TwinSource final : public Source {
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }
-  std::vector<double> events() const override { return T_.events(); }
+  Changes changes() const override { return T_.changes(); }
 
  private:
   /// Collective.

@@ -219,12 +219,9 @@ Traits WallFluxes::traits() const {
   return {.is_constant = is_constant, .fixes_level = depends_on_T_ && !walls_.empty()};
 }
 
-std::vector<double> WallFluxes::events() const {
-  std::vector<double> all;
-  for (const Flux& flux : fluxes_) {
-    const std::vector<double> some = flux.term->flux->events();
-    all.insert(all.end(), some.begin(), some.end());
-  }
+Changes WallFluxes::changes() const {
+  Changes all;
+  for (const Flux& flux : fluxes_) all.add(flux.term->flux->changes());
   return all;
 }
 

@@ -28,7 +28,7 @@ class WallFluxes final : public HeatTerm {
   void add_jacobian(Evaluation& at, JacobianEntries& J) override;
   void add_row_sums(Evaluation& at, std::span<double> sums) override;
   Traits traits() const override;
-  std::vector<double> events() const override;
+  Changes changes() const override;
 
   /// Sets T[n] of Cloud::facets[n] that carry a flux to the temperature of the wall there, K.
   void wall_temperatures(Evaluation& at, std::span<double> T);

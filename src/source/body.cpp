@@ -54,7 +54,7 @@ class BodySource final : public Source {
     for (std::size_t i = 0; i < power_.size(); ++i) dP_dT[i] += power_[i];
   }
   bool depends_on_temperature() const override { return density_.depends_on_temperature(); }
-  std::vector<double> events() const override { return density_.events(); }
+  Changes changes() const override { return density_.changes(); }
 
  private:
   /// Does the rule stay while time goes on? That of a smooth function does; cells that are no boxes or sectors have all

@@ -12,8 +12,10 @@
 #include "cloud/cell_samples.hpp"
 #include "cloud/cells.hpp"
 #include "source/box_body.hpp"
+#include "source/curved_face.hpp"
 #include "source/path.hpp"
 #include "source/posed_profile.hpp"
+#include "source/stretches.hpp"
 
 namespace calor {
 namespace {
@@ -55,13 +57,17 @@ class MovingSource final : public Source {
     // Mirror images at the plane walls of a box give the walls no heat flux through them; elsewhere what falls beside
     // the body is made up for by a factor. Subdomains that overlap leave out or count twice what the images bring in,
     // too.
-    const bool images = (normalise_ || subdomains_) && box_ && box_->holds(placed.location(), placed.varies());
-    is_on_lattice_ = cells_ && !subdomains_ && placed.is_product();
+    const bool images =
+        (normalise_ || subdomains_) && box_ && !profile_.is_curved && box_->holds(placed.location(), placed.varies());
+    is_on_lattice_ = cells_ && !subdomains_ && !profile_.is_curved && placed.is_product();
     double inside;  // the part of the heat that falls on the body
     if (is_on_lattice_) {
       inside = fill_factors(placed, images);
     } else {
-      profile_.face ? fill_facets(placed, images) : fill_samples(placed, images);
+      if (profile_.is_curved)
+        fill_curved_face(placed);
+      else
+        profile_.face ? fill_facets(placed, images) : fill_samples(placed, images);
       inside = sum(cloud_.comm, share_);
     }
     if (!normalise_)
@@ -99,7 +105,7 @@ class MovingSource final : public Source {
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }
-  std::vector<double> events() const override { return path_.events(); }
+  Changes changes() const override { return path_.changes(); }
   std::optional<double> asked(double t) const override {
     const auto pose = path_.at(t);
     return pose ? efficiency_ * part_ * pose->power : 0;
@@ -225,6 +231,19 @@ class MovingSource final : public Source {
     }
   }
 
+  /// Facets that look away from the source, as those of the far side of a thin plate, get nothing.
+  void fill_curved_face(const PosedProfile& placed) {
+    const Foot foot = foot_on_face(cloud_, *profile_.face, placed.location());
+    for (const Facet& facet : cloud_.facets) {
+      if (facet.face != *profile_.face || dot(facet.normal, foot.normal) <= 0) continue;
+      double density = profile_.along.density(norm(place_on_wall(cloud_, facet) - foot.x));
+      if (density == 0) continue;
+      if (cloud_.dimension > 2) density *= profile_.across.density(0);
+      point_.push_back(facet.point);
+      share_.push_back(facet.area / cloud_.cross_section * density);
+    }
+  }
+
   double density(const PosedProfile& placed, const Vec3& x, bool images) const {
     if (placed.is_product()) {
       double product = 1;
@@ -276,73 +295,6 @@ class MovingSource final : public Source {
   std::vector<double> share_;
 };
 
-/// A straight line of a path.
-struct Stretch {
-  Vec3 from, to;
-  double begin;        ///< s
-  bool heats;          ///< its power is not 0
-  double spacing = 0;  ///< the largest among the points near it; 0 where there are none
-};
-
-/// The path as straight lines, short segments taken together where they stay within `near` of a line.
-std::vector<Stretch> coarse(const Path& path, double near) {
-  std::vector<Stretch> lines;
-  for (const Path::Segment& p : path.segments()) {
-    const bool heats = path.is_heated(p);
-    const bool continues = !lines.empty() && lines.back().to == p.from && lines.back().heats == heats &&
-                           norm(p.to - lines.back().from) < near;
-    if (continues)
-      lines.back().to = p.to;
-    else
-      lines.push_back({.from = p.from, .to = p.to, .begin = p.begin, .heats = heats});
-  }
-  return lines;
-}
-
-/// Finds the spacings of the points of this rank within `near` of the lines.
-void find_spacings(std::vector<Stretch>& lines, const Cloud& cloud, double near, const std::array<bool, 3>& varies) {
-  const Bounds bounds = bounds_of(cloud.owned_points());
-  for (Stretch& line : lines) {
-    const Vec3 &a = line.from, &b = line.to;
-    bool is_far = false;
-    for (int axis = 0; axis < 3; ++axis)
-      is_far = is_far || (varies[axis] && (std::max(a[axis], b[axis]) < bounds.low[axis] - near ||
-                                           std::min(a[axis], b[axis]) > bounds.high[axis] + near));
-    if (is_far) continue;
-    const Vec3 way = b - a;
-    const double square = dot(way, way);
-    for (int i = 0; i < cloud.owned; ++i) {
-      const double s = square > 0 ? std::clamp(dot(cloud.x[i] - a, way) / square, 0.0, 1.0) : 0;
-      Vec3 r = cloud.x[i] - (a + s * way);
-      for (int axis = 0; axis < 3; ++axis) r[axis] *= varies[axis];
-      if (norm(r) <= near) line.spacing = std::max(line.spacing, cloud.spacing[i]);
-    }
-  }
-}
-
-/// What a user should know of a path that is not what was meant: on which the source heats beside the body, or after
-/// the end of the run, s. Collective.
-std::vector<std::string> notes_on_path(const std::vector<Stretch>& lines, const std::string& source, double end,
-                                       MPI_Comm comm) {
-  std::vector<std::int64_t> touching(lines.size());
-  for (std::size_t n = 0; n < lines.size(); ++n) touching[n] = lines[n].spacing > 0;
-  add_up(comm, touching);
-  std::size_t heating = 0, beside = 0, late = 0;
-  for (std::size_t n = 0; n < lines.size(); ++n) {
-    if (!lines[n].heats) continue;
-    ++heating, beside += touching[n] == 0, late += lines[n].begin >= end;
-  }
-  std::vector<std::string> notes;
-  const auto part = [&](std::size_t some) {
-    return some == heating ? std::string("its path") : fmt::format("{} of the {} lines of its path", some, heating);
-  };
-  if (beside > 0) notes.push_back(fmt::format("the source '{}' does not touch the body on {}", source, part(beside)));
-  if (late > 0)
-    notes.push_back(
-        fmt::format("the source '{}' begins {} no earlier than the run ends, at {:g} s", source, part(late), end));
-  return notes;
-}
-
 }  // namespace
 
 std::unique_ptr<Source> make_moving_source(const std::string& name, const Table& table, const Cloud& cloud,
@@ -358,11 +310,9 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
   double widest = 0;
   for (int i = 0; i < cloud.owned; ++i) widest = std::max(widest, cloud.spacing[i]);
   std::array<bool, 3> varies{};
-  for (int axis = 0; axis < cloud.dimension; ++axis)
-    varies[axis] = axis != profile.axis || !(profile.face || profile.depth.is_even());
+  for (int axis = 0; axis < cloud.dimension; ++axis) varies[axis] = profile.varies(axis);
   const double near = profile.radius + max(cloud.comm, widest);
-  std::vector<Stretch> lines = coarse(path, 0.5 * near);
-  find_spacings(lines, cloud, near, varies);
+  const std::vector<Stretch> lines = stretches_of(path, cloud, near, varies);
   double spacing = 0;
   for (const Stretch& line : lines) spacing = std::max(spacing, line.spacing);
   spacing = max(cloud.comm, spacing);

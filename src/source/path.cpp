@@ -195,8 +195,8 @@ std::optional<double> Path::energy(double t) const {
   return energy;
 }
 
-std::vector<double> Path::events() const {
-  if (power_) return power_->events();
+Changes Path::changes() const {
+  if (power_) return power_->changes();
   std::vector<double> times;
   for (std::size_t n = 0; n < segments_.size(); ++n) {
     const Segment& p = segments_[n];
@@ -213,7 +213,7 @@ std::vector<double> Path::events() const {
     const bool ends = n + 1 == segments_.size() || !same_time(p.end, segments_[n + 1].begin);
     if (ends && p.end < std::numeric_limits<double>::max()) times.push_back(p.end);
   }
-  return times;
+  return {.events = times, .marks = {}};
 }
 
 double Path::fastest(double begin, double end) const {

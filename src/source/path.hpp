@@ -37,8 +37,8 @@ class Path {
   std::optional<Pose> at(double t) const;
   /// Energy given since t = 0, J; nothing where the power is a function of time.
   std::optional<double> energy(double t) const;
-  /// Times at which place, power or velocity jump, ascending.
-  std::vector<double> events() const;
+  /// Events are the times at which place, power or velocity jump.
+  Changes changes() const;
   /// Largest speed between two times, m/s.
   double fastest(double begin, double end) const;
   const std::vector<Segment>& segments() const { return segments_; }

@@ -53,9 +53,7 @@ class PosedProfile {
   }
   const Vec3& location() const { return x0_; }
   /// Does the density change along this axis?
-  bool varies(int axis) const {
-    return axis < dimension_ && !(axis == profile_.axis && (profile_.face || profile_.depth.is_even()));
-  }
+  bool varies(int axis) const { return axis < dimension_ && profile_.varies(axis); }
   std::array<bool, 3> varies() const { return {varies(0), varies(1), varies(2)}; }
   /// Along an axis; a profile that is no product over the axes may be turned in any way.
   double reach(int axis) const {

@@ -28,7 +28,7 @@ class Source {
   /// dP_i/dT_i, W/K, added; sources without dependence add nothing.
   virtual void add_derivative(double t, std::span<const double> T, std::span<double> dP_dT) const = 0;
   virtual bool depends_on_temperature() const = 0;
-  virtual std::vector<double> events() const = 0;
+  virtual Changes changes() const = 0;
   /// Power that the case asks for at time t, W, and its integral from 0, J; nothing where what goes in is by itself
   /// what was asked for.
   virtual std::optional<double> asked(double /*t*/) const { return {}; }

@@ -48,8 +48,13 @@ struct SourceProfile {
   AxisProfile depth = AxisProfile::even();
   /// Heat enters by this face of the cloud alone; `depth` is not used.
   std::optional<int> face = {};
+  /// The face is no plane normal to `axis`: what counts is the distance in space, on the side that the source is on.
+  bool is_curved = false;
   double radius = 0;  ///< within which most of the heat goes in, m; 0: as small as the spacing allows
   double sigma = 0;   ///< of its shortest side along the motion, m: steps in time resolve it
+
+  /// Does the density change along an axis of the coordinates?
+  bool varies(int along_axis) const { return is_curved || along_axis != axis || !(face || depth.is_even()); }
 };
 
 /// [source.NAME.PROFILE]

@@ -59,7 +59,7 @@ class SpreadSource final : public Source {
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }
-  std::vector<double> events() const override { return power_.events(); }
+  Changes changes() const override { return power_.changes(); }
   std::optional<double> asked(double t) const override { return efficiency_ * power_({}, t); }
   std::optional<double> energy_asked(double t) const override {
     if (!power_.is_constant()) return {};

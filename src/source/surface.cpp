@@ -3,16 +3,28 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 
 #include "base/parallel.hpp"
+#include "cloud/cell_samples.hpp"
 #include "source/source_profile.hpp"
 
 namespace calor {
 namespace {
 
-/// Index of the face and the axis that it is nearest to being normal to. Collective.
-std::pair<int, int> face_and_axis(const Table& surface, const Cloud& cloud) {
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double flat = 1e-6;  ///< of a spacing, and of a unit normal: rounding of coordinates
+
+struct HeatedFace {
+  int index;
+  int axis;        ///< that it is nearest to being normal to
+  bool is_curved;  ///< not in one plane normal to the axis
+};
+
+/// Collective.
+HeatedFace heated_face(const Table& surface, const Cloud& cloud) {
   const std::string name = surface.text("face");
   const auto face = std::ranges::find(cloud.faces, name);
   if (face == cloud.faces.end())
@@ -24,7 +36,19 @@ std::pair<int, int> face_and_axis(const Table& surface, const Cloud& cloud) {
   for (const Facet& p : cloud.facets)
     if (p.face == f) normal.insert(normal.end(), {std::abs(p.normal.x), std::abs(p.normal.y), std::abs(p.normal.z)});
   const std::vector<double> most = sums(cloud.comm, normal, 3);
-  return {f, static_cast<int>(std::ranges::max_element(most) - most.begin())};
+  const int axis = static_cast<int>(std::ranges::max_element(most) - most.begin());
+  // Of the places along the axis, of the normals along it, and of the spacing.
+  std::array<double, 5> low{infinity, infinity, infinity, infinity, infinity};
+  for (const Facet& p : cloud.facets) {
+    if (p.face != f) continue;
+    const double x = place_on_wall(cloud, p)[axis], n = p.normal[axis], spacing = cloud.spacing[p.point];
+    const std::array<double, 5> own{x, -x, n, -n, spacing};
+    for (std::size_t q = 0; q < own.size(); ++q) low[q] = std::min(low[q], own[q]);
+  }
+  lowest(cloud.comm, low);
+  const bool is_level = -low[1] - low[0] <= flat * low[4];
+  const bool is_normal = std::max(low[2], low[3]) >= 1 - flat;
+  return {.index = f, .axis = axis, .is_curved = !(is_level && is_normal)};
 }
 
 }  // namespace
@@ -35,12 +59,13 @@ SourceProfileKind surface_profile() {
           .keys = sigma_keys({{"face", Kind::text, "", required, "Face of the cloud that is heated."}}),
           .make = [](const Table& surface, const Cloud& cloud) -> SourceProfile {
             const double sigma = sigma_of(surface);
-            const auto [face, axis] = face_and_axis(surface, cloud);
+            const HeatedFace face = heated_face(surface, cloud);
             return {.along = AxisProfile::gaussian(sigma),
                     .across = AxisProfile::gaussian(sigma),
                     .is_round = true,
-                    .axis = axis,
-                    .face = face,
+                    .axis = face.axis,
+                    .face = face.index,
+                    .is_curved = face.is_curved,
                     .radius = std::sqrt(6) * sigma,
                     .sigma = sigma};
           }};

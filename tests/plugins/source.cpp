@@ -27,7 +27,7 @@ class JouleHeat final : public Source {
   }
   void add_derivative(double, std::span<const double>, std::span<double>) const override {}
   bool depends_on_temperature() const override { return false; }
-  std::vector<double> events() const override { return {}; }
+  Changes changes() const override { return {}; }
 
  private:
   double density_;              // W/m^3

@@ -23,7 +23,7 @@ class NaturalConvection final : public SurfaceFlux {
   }
   bool depends_on_temperature() const override { return true; }
   bool linear_in_temperature() const override { return false; }
-  std::vector<double> events() const override { return ambient_.function().events(); }
+  Changes changes() const override { return ambient_.function().changes(); }
   std::vector<double> ambient(std::span<const Vec3> x, double t) const override { return values_of(ambient_, x, t); }
 
  private:

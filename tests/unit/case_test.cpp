@@ -400,7 +400,7 @@ TEST(CaseFunction, IsAFormulaInItsOwnUnits) {
 
 TEST(CaseFunction, OfAFormulaKnowsItsBreaks) {
   const Function k = conductivity("{ formula = \"t < 60 ? 1 : 2\", unit = \"W/(m K)\", breaks = [\"1 min\"] }");
-  EXPECT_EQ(k.events(), std::vector<double>{60});
+  EXPECT_EQ(k.changes().events, std::vector<double>{60});
 }
 
 TEST(CaseFunction, IsATableOfTemperature) {

@@ -178,7 +178,7 @@ ambient = { table = [[0, 20], [10, 120]], unit = "degC", time = "s" }
     EXPECT_NEAR(slope, 0.1 * (ambient - T) - h, 1e-7);
     EXPECT_NEAR(term.flux->ambient(term.x, t).at(0), ambient, 1e-12);
   }
-  EXPECT_EQ(term.flux->events(), (std::vector<double>{0, 10}));
+  EXPECT_EQ(term.flux->changes().events, (std::vector<double>{0, 10}));
   EXPECT_TRUE(term.flux->depends_on_temperature());
   EXPECT_FALSE(term.flux->linear_in_temperature());
 }
@@ -210,7 +210,7 @@ radiation = { emissivity = { formula = "0.2 + 0.001*T" }, ambient = { table = [[
   const auto [q, slope] = flux(term, T, t);
   EXPECT_NEAR(q, eps * sigma * driving, 1e-9);
   EXPECT_NEAR(slope, 0.001 * sigma * driving - 4 * eps * sigma * T * T * T, 1e-7);
-  EXPECT_EQ(term.flux->events(), (std::vector<double>{0, 1}));
+  EXPECT_EQ(term.flux->changes().events, (std::vector<double>{0, 1}));
   EXPECT_EQ(flux(term, 300, 0).first, 0);
 }
 
@@ -224,7 +224,7 @@ flux = { table = [[0, 0], [1, 6], [3, 10]], unit = "kW/m^2", time = "min" }
   EXPECT_NEAR(flux(term, 300, 120).first, 8000, 1e-9);
   EXPECT_NEAR(flux(term, 300, 1e4).first, 10000, 1e-9);
   EXPECT_EQ(flux(term, 300, 30).second, 0);
-  EXPECT_EQ(term.flux->events(), (std::vector<double>{0, 60, 180}));
+  EXPECT_EQ(term.flux->changes().events, (std::vector<double>{0, 60, 180}));
 }
 
 TEST(Conditions, AreToldWhatTheirTablesGoBy) {

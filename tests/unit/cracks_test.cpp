@@ -347,7 +347,7 @@ TEST(Cracks, LeaveTheBodyWholeUntilTheyOpen) {
   for (int i = 0; i < cloud.local(); ++i) T[i] = std::sin(17.0 * i);
   const PairConduction whole(cloud, c.neighbours, c.G);
   whole.add_rate(Unit(cloud, whole).at(), T, F_whole);
-  EXPECT_EQ(pairs.events(), std::vector<double>{2});
+  EXPECT_EQ(pairs.changes().events, std::vector<double>{2});
   pairs.apply(1.9);
   pairs.add_rate(Unit(cloud, pairs).at(), T, F_closed);
   for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(F_closed[i], F_whole[i], 1e-13);

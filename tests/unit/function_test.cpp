@@ -196,15 +196,17 @@ TEST(Function, OfTimeBreaksAtItsKinks) {
   const Function f = Function::of_time(Curve::through({1, 2, 5}, {0, 10, 10}, Interpolation::linear), here);
   EXPECT_TRUE(f.depends_on_time());
   EXPECT_DOUBLE_EQ(f({}, 1.5), 5);
-  EXPECT_EQ(f.events(), (std::vector{1., 2.}));  // level at the end
-  EXPECT_EQ(f.with_breaks({1.5, 1}).events(), (std::vector{1., 1.5, 2.}));
-  EXPECT_EQ(Function::formula("t", {}, {}, {}, {3, 1}).events(), (std::vector{1., 3.}));
-  EXPECT_TRUE(formula("t").events().empty());
+  EXPECT_EQ(f.changes().events, (std::vector{1., 2.}));  // level at the end
+  EXPECT_EQ(f.with_breaks({1.5, 1}).changes().events, (std::vector{1., 1.5, 2.}));
+  EXPECT_EQ(Function::formula("t", {}, {}, {}, {3, 1}).changes().events, (std::vector{1., 3.}));
+  EXPECT_TRUE(formula("t").changes().events.empty());
 }
 
-TEST(Function, OfTimeByAFormulaTellsWhereItJumpsOrBeginsToChange) {
+TEST(Function, OfTimeByAFormulaTellsWhereItJumpsBeginsToChangeOrComesToRest) {
   const auto course = std::make_shared<Course>();
-  const auto events = [&](const char* text) { return Function::formula(text, {}, {}, {}, {}, {}, course).events(); };
+  const auto events = [&](const char* text) {
+    return Function::formula(text, {}, {}, {}, {}, {}, course).changes().events;
+  };
   EXPECT_TRUE(events("t > 3 ? 1 : 0").empty());  // before the run is known
   *course = {.end = 10, .places = {{0, 0, 0}, {1, 0, 0}}};
   const auto expect_near = [](const std::vector<double>& found, const std::vector<double>& expected, double within) {
@@ -213,9 +215,17 @@ TEST(Function, OfTimeByAFormulaTellsWhereItJumpsOrBeginsToChange) {
   };
   expect_near(events("t > 3 && t < pi ? 1 : 0"), {3, std::numbers::pi}, 1e-12);
   expect_near(events("x > 0.5 && t > 7 ? 1 : 0"), {7}, 1e-12);  // at one of the places
-  expect_near(events("1 + exp(-((t - 5)/0.1)^2)"), {4.57}, 0.02);
+  expect_near(events("1 + exp(-((t - 5)/0.1)^2)"), {4.57, 5.43}, 0.03);
   expect_near(events("t < 4 ? log(4 - t) : log(-1)"), {}, 0);  // it fails from 4 s on
   for (const char* smooth : {"t", "sin(2*t)", "exp(-t)", "x + 3"}) EXPECT_TRUE(events(smooth).empty()) << smooth;
+  // From mark to mark a fiftieth of the range: a hundred for a pulse, a hundred a period of a wave.
+  const auto marks = [&](const char* text) {
+    return Function::formula(text, {}, {}, {}, {}, {}, course).changes().marks;
+  };
+  EXPECT_NEAR(static_cast<double>(marks("exp(-((t - 5)/0.1)^2)").size()), 100, 3);
+  EXPECT_NEAR(static_cast<double>(marks("sin(2*pi*t)").size()), 1000, 20);
+  EXPECT_NEAR(static_cast<double>(marks("t < 4 ? 0 : t").size()), 30, 1);  // the jump is an event
+  EXPECT_TRUE(marks("3").empty());
 }
 
 TEST(Function, OfLayersIsConstantInEachAndTheMeanBetweenTwo) {

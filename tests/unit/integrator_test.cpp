@@ -163,7 +163,8 @@ TEST(Integrators, KeepTheErrorWithinAFewTolerances) {
           const double error = largest_difference(exact, state.T);
           const double few = problem.is_damped ? 5 : std::max(5., static_cast<double>(integrator->counts.steps));
           EXPECT_LE(error, few * tolerance) << integrator->name() << ", " << problem.name << ", end " << end;
-          EXPECT_LE(error, last) << integrator->name() << ", " << problem.name;
+          // Where the data keep the steps short the tolerance hardly matters.
+          EXPECT_LE(error, 1.01 * last) << integrator->name() << ", " << problem.name;
           last = error;
         }
       }
@@ -253,6 +254,25 @@ flux = { table = [[0, 0], [0.4, 4]], unit = "W/m^2", of = "time" }
       if (kind.order == 2 && kind.name != "crank-nicolson") {
         EXPECT_NEAR(state.cumulative_heat[1], 0.5 * 4 * 0.4 + 4 * 0.1, 1e-9);
       }
+    }
+}
+
+TEST(Integrator, APulseThatRisesSmoothlyIsNotLostBetweenTwoSteps) {
+  // 2 kJ/m^2 in 20 ms of 10 s, in a slab whose own steps are longer than that.
+  const std::vector<std::string> pulses = {
+      R"x({ formula = "abs(t - 5) < 0.01 ? 1e5*(1 + cos(pi*(t - 5)/0.01)) : 0", unit = "W/m^2" })x",
+      R"x({ formula = "2e5/(0.002*sqrt(pi))*0.01*exp(-((t - 5)/0.002)^2)", unit = "W/m^2" })x",
+      R"x({ table = [[0, 0], [4.99, 0], [5, 2e5], [5.01, 0], [10, 0]], interpolation = "cubic", of = "time", unit = "W/m^2" })x"};
+  for (const std::string& pulse : pulses)
+    for (const Named& kind : all_integrators()) {
+      if (kind.name == "backward-euler" || kind.name == "crank-nicolson") continue;  // their steps are given
+      const CaseModel m(
+          box_case({"20 mm"}, {5}) + simple_material({.k = "1", .rho = "2000", .c = "800"}) +
+          "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"10 s\"\n[boundary.laser]\non = \"xmin\"\nflux = " +
+          pulse + "\n");
+      State state = m.start();
+      kind.make(within(1e-4))->advance(m.system(), state, 10, [](const State&) { return true; });
+      EXPECT_NEAR(state.cumulative_heat[0], 2000, kind.order == 2 ? 5 : 60) << kind.name << " " << pulse;
     }
 }
 

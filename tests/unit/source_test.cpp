@@ -167,6 +167,66 @@ TEST(Source, SurfaceHeatEntersByItsFaceAlone) {
   }
 }
 
+TEST(SourceParallel, ASpotOnARoundFaceHeatsAroundItsPlaceAlone) {
+  // On a circle of radius R a Gaussian of the chord is von Mises' distribution of the angle, whose mean cosine is
+  // I1(kappa)/I0(kappa), kappa = (R/sigma)^2 (Mardia & Jupp, Directional Statistics, 2000, 3.5.4).
+  const CaseModel m("title = \"t\"\nmethod = \"sph\"\n[cloud]\nshape = \"disc\"\nradius = \"20 mm\"\nrings = 20\n" +
+                        simple_material({.k = "30", .rho = "7800", .c = "600"}) +
+                        "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n",
+                    MPI_COMM_WORLD);
+  const double R = 20e-3, kappa = std::pow(20.0 / 3, 2);
+  const double mean_cosine = std::cyl_bessel_i(1, kappa) / std::cyl_bessel_i(0, kappa);
+  struct Place {
+    double angle, height, within;  // from a point of the surface, in spacings; above it, m
+  };
+  for (const auto& [angle, height, within] :
+       {Place{0, 0, 1e-9}, {30, 0, 1e-9}, {10, 0, 1e-9}, {10, 4e-3, 1e-9}, {7.5, 0, 2e-4}, {-42.3, 0, 2e-4}}) {
+    const double a = 2 * std::numbers::pi * angle / 120;
+    const Vec3 out{std::cos(a), std::sin(a)};
+    const auto all = sources_of(
+        fmt::format("[source.torch]\npower = \"5 W\"\nat = [\"{} m\", \"{} m\"]\nsurface = {{ face = \"side\", sigma = "
+                    "\"3 mm\" }}\n",
+                    (R + height) * out.x, (R + height) * out.y),
+        m.cloud());
+    const auto P = power(*all[0], 0, m.cloud());
+    Vec3 moment;
+    for (int i = 0; i < m.cloud().owned; ++i) {
+      moment += P[i] * m.cloud().x[i];
+      EXPECT_TRUE(P[i] < 1e-10 || dot(m.cloud().x[i], out) > 0.3 * R);
+    }
+    const std::vector<double> sums_of_all = sums(m.cloud().comm, std::vector{moment.x, moment.y}, 2);
+    const Vec3 mean{sums_of_all[0] / 5 / R, sums_of_all[1] / 5 / R};
+    EXPECT_NEAR(sum(m.cloud().comm, P), 5, 1e-12);
+    EXPECT_NEAR(dot(mean, out), mean_cosine, within) << angle;
+    EXPECT_NEAR(mean.x * out.y - mean.y * out.x, 0, within) << angle;
+  }
+}
+
+TEST(Source, OnALensASpotHeatsItsOwnSide) {
+  const CaseModel m(R"toml(title = "t"
+method = "sph"
+[cloud]
+shape = "surface"
+spacing = "1 mm"
+[[cloud.part]]
+shape = "ellipsoid"
+semi_axes = ["8 mm", "8 mm", "1.5 mm"]
+turn = ["30 deg", "0 deg", "0 deg"]
+)toml" + simple_material({.k = "30", .rho = "7800", .c = "600"}) +
+                    "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n");
+  ASSERT_EQ(m.cloud().faces.size(), 1);
+  const Vec3 up{0, -0.5, std::sqrt(0.75)}, top = 1.5e-3 * up;
+  const auto all = sources_of(
+      fmt::format(
+          "[source.spot]\npower = \"5 W\"\nat = [\"{} m\", \"{} m\", \"{} m\"]\nsurface = {{ face = \"{}\", sigma "
+          "= \"3 mm\" }}\n",
+          top.x, top.y, top.z, m.cloud().faces[0]),
+      m.cloud());
+  const auto P = power(*all[0], 0, m.cloud());
+  EXPECT_NEAR(sum(m.cloud().comm, P), 5, 1e-12);
+  for (int i = 0; i < m.cloud().owned; ++i) EXPECT_TRUE(P[i] == 0 || dot(m.cloud().x[i], up) > -0.2e-3);
+}
+
 TEST(Source, WithoutNormalisingWhatFallsBesideTheBodyIsLost) {
   const Cloud cloud = box_cloud({41, 41}, 1e-3);
   const auto all = sources_of(
@@ -271,7 +331,7 @@ speed = "10 mm/s"
   EXPECT_FALSE(path.at(6));
   EXPECT_EQ(path.at(8.5)->power, 100);
   EXPECT_NEAR(path.energy(100).value(), 100 + 50 * 3 + 100, 1e-12);
-  const std::vector<double> events = path.events(), expected = {1, 2, 3, 5, 8, 9};
+  const std::vector<double> events = path.changes().events, expected = {1, 2, 3, 5, 8, 9};
   ASSERT_EQ(events.size(), expected.size());
   for (std::size_t n = 0; n < events.size(); ++n) EXPECT_NEAR(events[n], expected[n], 1e-12);
   EXPECT_NEAR(path.fastest(0, 10), 10e-3, 1e-15);
@@ -290,7 +350,7 @@ TEST(Source, ThePathOfAFileIsLinearBetweenRowsWithItsOwnPower) {
   EXPECT_NEAR(path.at(1.5)->power, 400, 1e-12);
   EXPECT_FALSE(path.at(2.5));
   EXPECT_NEAR(path.energy(2).value(), 150 + 400, 1e-12);
-  EXPECT_EQ(path.events(), (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
+  EXPECT_EQ(path.changes().events, (std::vector<double>{0, 1, 2}));  // the power jumps at 1 s
 }
 
 TEST(Source, OneAtRestMayHaveAPowerOfTime) {
