@@ -46,7 +46,7 @@ enum class Solution { explicit_steps, matrix, products };
 /// the arrays of steps and fields and, where equations are solved, their matrix (or, by products, that of the nearest
 /// pairs and the arrays of the iteration) and its preconditioner. Collective.
 double expected_memory(const Cloud& cloud, double pairs, Solution solution) {
-  const double of_point = solution == Solution::products ? 560 : 90, of_pair = solution == Solution::matrix ? 24 : 0;
+  const double of_point = solution == Solution::products ? 650 : 90, of_pair = solution == Solution::matrix ? 24 : 0;
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   const double share = 1.0 / size_of(cloud.comm);

@@ -3,9 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
 
 #include "base/parallel.hpp"
+#include "base/reduce.hpp"
 #include "output/files.hpp"
 #include "output/observer.hpp"
 
@@ -16,6 +16,7 @@ Balance::Balance(HeatSystem& system) : system_(system) {
   add_body();
   add_sections();
   add_faces();
+  for (Zone& zone : zones_) zone.whole = sum(system_.cloud().comm, zone.weight);
 }
 
 void Balance::keep(Zone zone) {
@@ -115,16 +116,13 @@ std::vector<double> Balance::temperatures(double t, std::span<const double> u) c
 
 Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) const {
   const MPI_Comm comm = system_.cloud().comm;
-  std::vector<double> products(2 * zone.point.size());
-  double low = std::numeric_limits<double>::infinity(), high = -low;
-  for (std::size_t n = 0; n < zone.point.size(); ++n) {
-    const double value = T[zone.point[n]];
-    low = std::min(low, value), high = std::max(high, value);
-    products[2 * n] = zone.weight[n] * value, products[2 * n + 1] = zone.weight[n];
-  }
-  const std::vector<double> totals = sums(comm, products, 2);
-  low = min(comm, low), high = max(comm, high);
-  return {.mean = totals[1] > 0 ? std::clamp(totals[0] / totals[1], low, high) : 0.5 * (low + high),
+  std::vector<double> values(zone.point.size());
+  for (std::size_t n = 0; n < values.size(); ++n) values[n] = T[zone.point[n]];
+  const ValueRange range = range_of(values);
+  const double low = min(comm, range.low), high = max(comm, range.high);
+  for (std::size_t n = 0; n < values.size(); ++n) values[n] *= zone.weight[n];
+  const double total = sum(comm, values);
+  return {.mean = zone.whole > 0 ? std::clamp(total / zone.whole, low, high) : 0.5 * (low + high),
           .minimum = low,
           .maximum = high};
 }

@@ -17,6 +17,7 @@ class Balance {
     std::string name;
     std::vector<int> point = {};      ///< index into Balance::temperatures
     std::vector<double> weight = {};  ///< m^3 or m^2
+    double whole = 0;                 ///< weight of all points, on all ranks
   };
   /// Temperatures of a zone, K.
   struct Summary {
