@@ -117,6 +117,18 @@ std::vector<std::string> add_remarks_on_file(Model& m) {
   return remarks;
 }
 
+/// Tells of parts of the body that later regions cover as a whole. Collective.
+std::vector<std::string> notes_on_covered_parts(const Cloud& cloud, const MaterialField& material) {
+  std::vector<std::string> notes;
+  for (int p = 0; p < material.parts().count(); ++p) {
+    if (any(cloud.comm, !material.cell_shares()[p].place.empty())) continue;
+    const Part& part = material.parts()[p];
+    notes.push_back(fmt::format("{}: nothing of the body is left for this '{}': later regions cover it",
+                                part.location.text(), part.material));
+  }
+  return notes;
+}
+
 /// A place of a part that nothing holds at a level. Collective.
 std::optional<Vec3> loose_part(const Model& m) {
   try {
@@ -223,6 +235,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   Discretisation discretisation;
   std::vector<MaterialField> materials;
   materials.emplace_back(c, *m.cloud, m.range);
+  std::ranges::copy(notes_on_covered_parts(*m.cloud, materials.front()), std::back_inserter(m.notes));
   const Probes probes(c, *m.cloud);  // refuses what does not fit, before the weights take their time
   located(cloud_location, [&] {
     try {

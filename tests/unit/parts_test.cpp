@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "case_models.hpp"
@@ -158,6 +159,19 @@ TEST(Parts, OneIsAroundAPlaceUpToTheNextInterface) {
   const Case of_formula = parse_case(square_with_disc);
   const Cloud square = cloud_of(of_formula);
   EXPECT_FALSE(Parts(of_formula, square, "").is_one_around({0.1, 0.1}, 1e-3));  // nobody knows
+}
+
+TEST(PartsParallel, ARegionThatLaterOnesCoverIsToldOfWithItsPlace) {
+  const auto notes = [](const std::string& where) {
+    const CaseModel m(square_with_disc + "[boundary.b]\non = \"xmin\"\ntemperature = \"1 K\"\n[[body.region]]\n" +
+                          "material = \"a\"\nwhere = \"" + where + "\"\n",
+                      MPI_COMM_WORLD);
+    return std::ranges::count_if(m.model().notes, [](const std::string& note) {
+      return note == "test.toml:20:12: nothing of the body is left for this 'b': later regions cover it";
+    });
+  };
+  EXPECT_EQ(notes("x > 0.1"), 1);
+  EXPECT_EQ(notes("x > 0.6"), 0);
 }
 
 }  // namespace
