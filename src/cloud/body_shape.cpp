@@ -172,32 +172,47 @@ void add_tags(PartsOfBody parts, Surface interfaces, Points& out) {
     p.tag = std::max(0, out.solids->tag_at(out.body->moved_inside(p.x, Body::skin * p.spacing)));
 }
 
-/// The plane in the middle of the body that key `symmetry` names, and the halves of the parts above it. The other
-/// halves become their images; refuses parts that are not so already but for the facets.
+/// The planes in the middle of the body that key `symmetry` names, and what of the parts lies above all of them. The
+/// rest of the parts becomes its images; refuses parts that are not so already but for the facets.
 struct Symmetry {
-  MirrorPlane plane;
-  std::vector<Surface> halves;
+  std::vector<MirrorPlane> planes;
+  std::vector<Surface> wedges;
 };
-std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, double spacing) {
-  if (!cloud.has("symmetry")) return std::nullopt;
-  constexpr double alike = 0.05;  // spacings
-  const int axis = cloud.text("symmetry")[0] - 'x';
+
+MirrorPlane plane_across(const Table& cloud, const std::string& name, const PartsOfBody& parts, double alike) {
+  const int axis = name == "x" ? 0 : name == "y" ? 1 : name == "z" ? 2 : 3;
+  if (axis == 3) cloud.refuse("symmetry", fmt::format("'{}' is not an axis", name), "write x, y or z");
   if (axis >= parts.solids[0].dimension) cloud.refuse("symmetry", "the body has no axis z: it is 2D", "write x or y");
   std::vector<Vec3> corners;
   for (const Surface& solid : parts.solids) corners.insert(corners.end(), solid.vertices.begin(), solid.vertices.end());
   const Bounds box = bounds_of(corners);
-  Symmetry out{.plane = {.axis = axis, .at = 0.5 * (box.low[axis] + box.high[axis])}, .halves = {}};
-  for (Surface& solid : parts.solids) {
+  const MirrorPlane plane{.axis = axis, .at = 0.5 * (box.low[axis] + box.high[axis])};
+  for (const Surface& solid : parts.solids) {
     const SurfaceTree tree(solid);
     for (const Vec3& x : solid.vertices)
-      if (!tree.closest(out.plane.image(x), alike * spacing))
+      if (!tree.closest(plane.image(x), alike))
         cloud.refuse("symmetry",
                      fmt::format("the body is not its own image in the plane {} = {:.6g} m: ({:.6g}, {:.6g}, {:.6g}) m "
                                  "lies on its surface, but the image of it does not",
-                                 cloud.text("symmetry"), out.plane.at, x.x, x.y, x.z),
-                     "leave 'symmetry' out");
-    out.halves.push_back(upper_half(solid, out.plane));
-    solid = with_image(out.halves.back(), out.plane);
+                                 name, plane.at, x.x, x.y, x.z),
+                     "leave the axis out");
+  }
+  return plane;
+}
+
+std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, double spacing) {
+  if (!cloud.has("symmetry")) return std::nullopt;
+  constexpr double alike = 0.05;  // spacings
+  Symmetry out;
+  for (const std::string& name : cloud.texts("symmetry")) {
+    out.planes.push_back(plane_across(cloud, name, parts, alike * spacing));
+    if (std::ranges::count(out.planes, out.planes.back().axis, &MirrorPlane::axis) > 1)
+      cloud.refuse("symmetry", fmt::format("the axis {} comes twice", name), "leave one of them out");
+  }
+  for (Surface& solid : parts.solids) {
+    for (const MirrorPlane& plane : out.planes) solid = upper_half(solid, plane);
+    out.wedges.push_back(solid);
+    for (const MirrorPlane& plane : out.planes) solid = with_image(solid, plane);
   }
   return out;
 }
@@ -212,10 +227,11 @@ MeasuredPoints made_points(MPI_Comm comm, const Body& body, const SpacingField& 
 
 MeasuredPoints symmetric_points(MPI_Comm comm, const Body& body, const Symmetry& symmetry, const SpacingField& spacing,
                                 std::uint64_t seed, Cache* cache) {
-  const Body half(assemble(symmetry.halves));
-  const std::vector<std::string>&faces = half.surface().faces, &of_body = body.surface().faces;
+  const Body wedge(assemble(symmetry.wedges));
+  const std::vector<std::string>&faces = wedge.surface().faces, &of_body = body.surface().faces;
   const auto cut = static_cast<int>(std::ranges::find(faces, cut_face) - faces.begin());
-  MeasuredPoints out = with_images(made_points(comm, half, spacing, seed, cache), symmetry.plane, cut);
+  MeasuredPoints out = made_points(comm, wedge, spacing, seed, cache);
+  for (const MirrorPlane& plane : symmetry.planes) out = with_images(out, plane, cut);
   for (MeasuredPoints::Piece& piece : out.pieces)
     piece.face = static_cast<int>(std::ranges::find(of_body, faces[piece.face]) - of_body.begin());
   return out;
@@ -288,12 +304,9 @@ CloudShape surface_shape() {
            {"points", Kind::text, "", optional,
             "a CSV file with columns x [m], y [m] and in space z [m]: points on the walls and inside, whose volumes "
             "and areas calor computes."},
-           {"symmetry",
-            Kind::choice,
-            "",
-            optional,
-            "Axis across which the body is its own mirror image: the points are made so, to the last digit.",
-            {"x", "y", "z"}},
+           {"symmetry", Kind::texts, "", optional,
+            "Axis, or list of axes, across which the body is its own mirror image: the points are made so, to the last "
+            "digit."},
            {"seed", Kind::integer, "", "1", "Chooses the points that are placed at random."}},
       .make = body_from};
 }

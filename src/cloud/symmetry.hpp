@@ -26,10 +26,11 @@ constexpr const char* cut_face = "plane of symmetry";
 /// What of a closed surface lies above the plane; without facets where nothing does.
 Surface upper_half(const Surface& surface, const MirrorPlane& plane);
 
-/// A half with its image: the cut between them is no wall any more.
+/// A half with its image: the cut between them is no wall any more, nor are cuts along other planes.
 Surface with_image(const Surface& half, const MirrorPlane& plane);
 
-/// The points of a half with their images; those on the plane belong to both. Pieces of face `cut` are left out.
+/// The points of a half with their images; those on the plane belong to both. Pieces of face `cut`, of this plane and
+/// all others, are left out.
 MeasuredPoints with_images(const MeasuredPoints& half, const MirrorPlane& plane, int cut);
 
 }  // namespace calor

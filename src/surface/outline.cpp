@@ -47,7 +47,10 @@ int chords_in(double radius, double angle, double chord) {
     throw Error(Fault::bad_case,
                 fmt::format("an arc of {:.3g} m radius would have {:.3g} facets of {:.3g} m", radius, count, chord),
                 "take a larger spacing, or check the units");
-  return std::max(1, static_cast<int>(count));
+  // All quarters of a turn alike: a round body is its own image in planes through its axis.
+  const double quarters = std::round(angle / (full_turn / 4));
+  const bool has_quarters = quarters > 0 && std::abs(angle - quarters * (full_turn / 4)) < 1e-9;
+  return std::max(1, static_cast<int>(has_quarters ? quarters * std::ceil(count / quarters) : count));
 }
 
 std::vector<Vec3> arc(const Vec3& centre, double radius, double from, double to, int chords) {
