@@ -149,11 +149,16 @@ class Placer {
     return out_.grid.add(x, spacing);
   }
 
+  /// At the tip of a cone a point lies on several sides of one patch.
   void put_on(int point, int facet) {
+    constexpr double same_side = 0.866;  // cosine of 30 degrees
     auto& on = out_.on[point];
     const int patch = features_.patch[facet];
-    if (std::ranges::find(on, patch, &BodyPoints::OnPatch::patch) == on.end())
-      on.push_back({patch, features_.normal[facet]});
+    const Vec3& normal = features_.normal[facet];
+    const auto is_there = [&](const BodyPoints::OnPatch& p) {
+      return p.patch == patch && dot(p.normal, normal) > same_side;
+    };
+    if (std::ranges::none_of(on, is_there)) on.push_back({patch, normal});
   }
 
   void place_along(const Features::Line& line) {

@@ -20,6 +20,7 @@ namespace {
 
 constexpr double exactly = 1e-12;
 constexpr double floor_of_clip = 0.02;
+constexpr double round_off = 1e-9;
 
 /// Faces with facets that have no images beyond them.
 std::uint32_t truncated_faces(const Cloud& cloud, const Neighbours& neighbours) {
@@ -233,12 +234,25 @@ std::vector<double> consistent_weights(const Cloud& cloud, const Neighbours& nei
   }
 
   std::vector<double> g;
-  const auto correct = [&] {
+  const auto fit = [&] {
     g = base_weights();
     if (cloud.points_on_walls) share_with_mirror_images(cloud, neighbours, g);
     scale_traces(cloud, neighbours, volumes_to_scale(cloud, neighbours), g);
     report.moment_iterations = fit_moments(cloud, neighbours, g);
-    enforce_with_positive_weights(cloud, neighbours, g, report, solves);
+  };
+  const auto correct = [&] {
+    fit();
+    try {
+      enforce_with_positive_weights(cloud, neighbours, g, report, solves);
+    } catch (const Error& e) {  // all ranks throw alike
+      if (e.fault() != Fault::numbers) throw;
+      // At sharp edges and tips, where all neighbours lie in a narrow wedge, no positive weights may balance the area:
+      // those that were lifted again and again hold nothing any more. The nearest to the fit have few negative ones,
+      // which do no harm as long as the others make up for them.
+      fit();
+      enforce_with_positive_weights(cloud, neighbours, g, report, 1);
+      if (lowest_eigenvalue(cloud, neighbours, g) < -round_off) throw;
+    }
     measure(cloud, neighbours, g, report);
   };
   if (!cloud.cache) {

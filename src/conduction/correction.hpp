@@ -139,6 +139,11 @@ std::vector<Vec3> wanted_sums(const Cloud& cloud, const Neighbours& neighbours);
 /// R_i = -A_i - sum_j g_ij x_ji of the owned points, m^2; of axisymmetric bodies with A_i - S_i e_r.
 std::vector<Vec3> linear_residual(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> g);
 
+/// Of the conduction sum_j G_ij (u_i - u_j), each row over sum_j |G_ij|: the least value that 100 steps of Lanczos'
+/// method find. Well below 0, differences of temperature grow by themselves; 0 is that of a body of one temperature.
+/// Collective.
+double lowest_eigenvalue(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> G);
+
 struct LambdaSolve {
   int iterations;
   double change;  ///< max |G/g - 1|

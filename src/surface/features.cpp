@@ -111,6 +111,22 @@ class Tracer {
   Features& out_;
 };
 
+/// Adds the tips of cones: where a patch is smooth from facet to facet, but not all around a vertex.
+void add_tips(const Surface& surface, Features& out) {
+  constexpr double sharp = 0.5;  // cosine of the angle between two facets; 60 degrees
+  std::vector<std::vector<int>> facets(surface.vertices.size());
+  for (int f = 0; f < static_cast<int>(surface.facets.size()); ++f)
+    for (const std::int32_t v : surface.facets[f].vertex) facets[v].push_back(f);
+  for (const auto& line : out.lines)
+    for (const int v : line.vertices) facets[v].clear();  // has an edge, or is a corner already
+  for (int v = 0; v < static_cast<int>(facets.size()); ++v) {
+    const auto is_apart = [&](int f) {
+      return std::ranges::any_of(facets[v], [&](int g) { return dot(out.normal[f], out.normal[g]) < sharp; });
+    };
+    if (std::ranges::any_of(facets[v], is_apart)) out.corners.push_back({v, facets[v]});
+  }
+}
+
 }  // namespace
 
 Features features_of(const Surface& surface) {
@@ -119,6 +135,7 @@ Features features_of(const Surface& surface) {
   out.normal = facet_normals(surface);
   number_patches(surface, out);
   Tracer(surface, steps_of(surface, out), out).trace();
+  if (surface.dimension == 3) add_tips(surface, out);
   return out;
 }
 

@@ -24,7 +24,7 @@ struct Features {
   std::vector<int> patch;    ///< of every facet
   std::vector<Vec3> normal;  ///< of every facet: see facet_normals
   std::vector<Line> lines;
-  std::vector<Corner> corners;  ///< where lines end
+  std::vector<Corner> corners;  ///< where lines end, and tips of cones
 };
 
 /// Of a closed surface, and of the interfaces in it, whose edges are edges of facets of others as a whole.

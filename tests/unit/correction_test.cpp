@@ -52,6 +52,22 @@ std::vector<Cloud> rough_clouds() {
   return clouds;
 }
 
+/// Three points in a line, in series along it; the ends have a negative weight of their own.
+TEST(CorrectionParallel, TellsWhetherDifferencesDecay) {
+  const Cloud cloud = box_cloud({3}, 0.1, {.support = 2.4, .comm = MPI_COMM_WORLD});
+  const Neighbours neighbours = find_neighbours(cloud, 2.2);
+  const auto least = [&](double of_ends) {
+    std::vector<double> G(neighbours.column.size());
+    for (int i = 0; i < cloud.owned; ++i)
+      for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n)
+        G[n] = std::abs(cloud.x[neighbours.column[n]].x - cloud.x[i].x) > 0.15 ? of_ends : 1;
+    return lowest_eigenvalue(cloud, neighbours, G);
+  };
+  // The ends conduct 1/2 to each other through the middle.
+  EXPECT_NEAR(least(-0.4), 0, 1e-12);
+  EXPECT_NEAR(least(-0.6), -0.125, 1e-12);  // of (1, 0, -1): (1 - 2 * 0.6) / (1 + 0.6)
+}
+
 TEST(Correction, GivesConsistentSymmetricWeightsOnJitteredClouds) {
   for (const Cloud& cloud : rough_clouds()) {
     SCOPED_TRACE(cloud.dimension);
