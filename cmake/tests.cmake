@@ -40,7 +40,8 @@ add_test(NAME files COMMAND ${tests}/files/run.py $<TARGET_FILE:calor>)
 add_test(NAME python COMMAND ${tests}/python/run.py $<TARGET_FILE:calor>)
 add_test(NAME core COMMAND ${tests}/python/core.py $<TARGET_FILE:calor>)
 add_test(NAME schema COMMAND ${tests}/schema/run.py $<TARGET_FILE:calor>)
-set_tests_properties(files python core schema PROPERTIES SKIP_RETURN_CODE 77)
+add_test(NAME memory COMMAND ${python} ${tests}/memory/run.py $<TARGET_FILE:unit_tests> $<TARGET_FILE:calor>)
+set_tests_properties(files python core schema memory PROPERTIES SKIP_RETURN_CODE 77)
 add_test(NAME tutorials COMMAND ${tests}/docs/run.py $<TARGET_FILE:calor>)
 add_test(NAME poses COMMAND ${python} ${tests}/poses/run.py $<TARGET_FILE:calor>)
 add_test(NAME verify COMMAND calor verify cases WORKING_DIRECTORY ${CMAKE_SOURCE_DIR})
@@ -51,6 +52,6 @@ add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
 # Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
 # Ranks that disagree on where they are say so.
 set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_ranks)
-set_tests_properties(${with_ranks} bad_cases contract kills files python core tutorials verify embedding PROPERTIES ENVIRONMENT
+set_tests_properties(${with_ranks} bad_cases contract kills files python core tutorials verify embedding memory PROPERTIES ENVIRONMENT
   "CALOR_CHECK_COLLECTIVES=1;OMPI_ALLOW_RUN_AS_ROOT=1;OMPI_ALLOW_RUN_AS_ROOT_CONFIRM=1;OMPI_MCA_rmaps_base_oversubscribe=1;OMPI_MCA_mpi_yield_when_idle=1;OMPI_MCA_hwloc_base_binding_policy=none")
 set_tests_properties(${with_ranks} PROPERTIES PROCESSORS 2)

@@ -48,7 +48,7 @@ class Archive {
   template <class Number>
   requires std::is_arithmetic_v<Number>
   void value(const std::string& name, Number& x) {
-    double number = static_cast<double>(x);
+    auto number = static_cast<double>(x);
     values(name, std::span(&number, 1));
     x = static_cast<Number>(number);
   }

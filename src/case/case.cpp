@@ -246,9 +246,9 @@ Function where_function(const Case& c, const Table& table) {
     table.refuse("length", fmt::format("'length' = \"{}\": {}", table.text("length"), e.what()),
                  "write a unit of length, such as \"mm\"");
   }
-  const Function f = Function::formula(c.context().expanded(table.text("where")),
-                                       {.value = "", .si = "", .length = table.text("length")}, c.context().parameters,
-                                       table.location("where"), {}, c.context().lengths);
+  Function f = Function::formula(c.context().expanded(table.text("where")),
+                                 {.value = "", .si = "", .length = table.text("length")}, c.context().parameters,
+                                 table.location("where"), {}, c.context().lengths);
   if (f.depends_on_time() || f.depends_on_temperature())
     table.refuse("where",
                  fmt::format("'where' = \"{}\" depends on {}", table.text("where"),

@@ -199,8 +199,8 @@ Function read_layers(const FunctionTable& parts) {
                  "give one for all layers, or one a layer");
   if (std::ranges::any_of(thickness, [](double d) { return !(d > 0); }))
     refuse_value(written, "a layer's thickness is not positive", "write a thickness above 0 m");
-  return Function::layers(along[0] - 'x', read_number(parts.get(start_key), start_key), std::move(thickness),
-                          std::move(values), parts.table().location);
+  return Function::layers(along[0] - 'x', read_number(parts.get(start_key), start_key), thickness, std::move(values),
+                          parts.table().location);
 }
 
 /// { power | exponential | hump = ..., along, from, to, ... }: laws of s = (coordinate - from)/(to - from).

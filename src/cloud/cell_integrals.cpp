@@ -38,7 +38,7 @@ void add_reduced(std::span<const Vec3> samples, std::span<const double> weight, 
     out.x.push_back(mean), out.weight.push_back(1);
     return;
   }
-  const double r = static_cast<double>(ways.size());
+  const auto r = static_cast<double>(ways.size());
   for (const Vec3& way : ways)
     for (const double sign : {-1., 1.})
       out.x.push_back(mean + sign * std::sqrt(r) * way), out.weight.push_back(0.5 / r);
@@ -215,9 +215,10 @@ class CellIntegrals::Impl {
     if (face == "cut1" || face == "cut2") {
       // Along the radii: straight lines, of the centre two where the two cuts of a half meet.
       const bool is_centre = low.x == 0, is_half = is_centre && high.y > 3;
+      const Vec3 inner{low.x, 0, low.z}, outer{high.x, 0, high.z};
       const auto cut = [&](double angle, double weight) {
         add_mapped(
-            f, {low.x, 0, low.z}, {high.x, 0, high.z}, weight, out,
+            f, inner, outer, weight, out,
             [&](const Vec3& s) {
               return Vec3{s.x * std::cos(angle), s.x * std::sin(angle), s.z};
             },

@@ -53,7 +53,7 @@ void remove_beyond_contacts(const Cloud& cloud, int i, std::vector<Vec3>& places
 }  // namespace
 
 std::vector<double> weights_of(const Cloud& cloud, std::span<const Vec3> samples) {
-  const double n = static_cast<double>(samples.size());
+  const auto n = static_cast<double>(samples.size());
   std::vector<double> weights(samples.size(), 1 / n);
   if (!cloud.axisymmetric) return weights;
   double sum = 0;

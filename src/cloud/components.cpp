@@ -35,7 +35,7 @@ Components components(const Cloud& cloud, const Neighbours& neighbours) {
   const std::set<double> mine(first.begin(), first.begin() + cloud.owned);
   std::vector<double> all = gather(cloud.comm, std::vector<double>(mine.begin(), mine.end()));
   std::ranges::sort(all);
-  all.erase(std::ranges::unique(all).begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
   Components out{.of = std::vector<int>(cloud.owned), .count = static_cast<int>(all.size())};
   for (int i = 0; i < cloud.owned; ++i)
     out.of[i] = static_cast<int>(std::ranges::lower_bound(all, first[i]) - all.begin());

@@ -116,7 +116,7 @@ std::vector<ContactCrossing> crossings_of_contacts(const Cloud& cloud, const Par
 int number_contacts(MPI_Comm comm, std::vector<ContactCrossing>& crossings) {
   const auto unique = [](std::vector<int>& numbers) {
     std::ranges::sort(numbers);
-    numbers.erase(std::ranges::unique(numbers).begin(), numbers.end());
+    numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
   };
   std::vector<int> numbers;
   for (const ContactCrossing& c : crossings) numbers.push_back(c.contact), numbers.push_back(c.crossing.crack);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <functional>
 #include <numeric>
-#include <ranges>
 #include <unordered_map>
 #include <utility>
 
@@ -115,7 +114,8 @@ void PairRows::pack_groups(std::span<const std::int64_t> start, std::span<const 
   column_.resize(size), weight_.resize(size);
   std::vector<std::int32_t> columns;
   std::vector<double> weights;
-  for (const Group& group : std::views::reverse(groups_)) {
+  for (auto at = groups_.rbegin(); at != groups_.rend(); ++at) {
+    const Group& group = *at;
     const std::int64_t count = std::accumulate(group.count, group.count + lanes, std::int64_t{0});
     used -= count;
     columns.assign(column_.begin() + used, column_.begin() + used + count);

@@ -197,7 +197,7 @@ std::vector<int> points_of(std::span<const PrescribedTerm> temperatures) {
   std::vector<int> points;
   for (const PrescribedTerm& term : temperatures) points.insert(points.end(), term.point.begin(), term.point.end());
   std::ranges::sort(points);
-  points.erase(std::ranges::unique(points).begin(), points.end());
+  points.erase(std::unique(points.begin(), points.end()), points.end());
   return points;
 }
 

@@ -231,7 +231,8 @@ class SeriesPairs::Builder {
 
   /// A crack leaves a pair the rest of its weight, and the fraction that it cuts a resistance from when it opens.
   void split_by_cracks(const Candidate& c, std::span<const CrackBond> bonds, std::size_t pair) {
-    const auto [begin, end] = std::ranges::equal_range(bonds, c.entry, {}, &CrackBond::entry);
+    const auto begin = std::ranges::lower_bound(bonds, c.entry, {}, &CrackBond::entry);
+    const auto end = std::ranges::upper_bound(bonds, c.entry, {}, &CrackBond::entry);
     if (begin == end) return;
     double whole = 1;
     const auto first = static_cast<std::int32_t>(out_.cracks_.size());

@@ -18,8 +18,9 @@ std::vector<double> shares_of_faces(const Cloud& cloud, const SurfaceTerm& term)
   if (term.is_plate) return share;  // what goes through the cell of a wall point, which holds no heat, is left out
   for (std::size_t p = 0; p < term.point.size(); ++p) {
     double face_area = 0;
-    for (const Facet& facet : std::ranges::equal_range(cloud.facets, term.point[p], {}, &Facet::point))
-      if (facet.face == cloud.facets[term.facet[p]].face) face_area += facet.area;
+    auto facet = std::ranges::lower_bound(cloud.facets, term.point[p], {}, &Facet::point);
+    for (; facet != cloud.facets.end() && facet->point == term.point[p]; ++facet)
+      if (facet->face == cloud.facets[term.facet[p]].face) face_area += facet->area;
     share[p] = term.area[p] / face_area;
   }
   return share;

@@ -23,7 +23,7 @@ std::vector<Vec3> surroundings(int dimension) {
   std::vector<Vec3> places;
   for (int q = 0; q < 1 << dimension; ++q) {
     Vec3 place;
-    constexpr double size[] = {1, 0.83, 0.69};
+    const Vec3 size{1, 0.83, 0.69};
     for (int a = 0; a < dimension; ++a) place[a] = (q >> a & 1 ? 1 : -1) * size[a];
     places.push_back(place);
   }

@@ -115,7 +115,7 @@ std::vector<double> Balance::temperatures(double t, std::span<const double> u) c
 }
 
 Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) const {
-  const MPI_Comm comm = system_.cloud().comm;
+  MPI_Comm comm = system_.cloud().comm;
   std::vector<double> values(zone.point.size());
   for (std::size_t n = 0; n < values.size(); ++n) values[n] = T[zone.point[n]];
   const ValueRange range = range_of(values);

@@ -136,6 +136,7 @@ class FinalState : public Observer {
   /// The rows of every rank by their numbers, lower ones on lower ranks. Collective.
   static std::vector<Row> in_order(const Cloud& cloud, std::span<const double> T) {
     std::vector<Row> rows;
+    rows.reserve(cloud.owned);
     for (int i = 0; i < cloud.owned; ++i) rows.push_back({cloud.id[i], cloud.x[i], T[i]});
     std::ranges::sort(rows, {}, &Row::id);
     const int ranks = size_of(cloud.comm);

@@ -74,7 +74,7 @@ struct RunSetup {
   std::shared_ptr<const ThermalStress> stress = {};  ///< null where the case has no [stress]
   const std::vector<double>& start_E;                ///< enthalpies of the owned points before walls were imposed, J
   const State& start;                                ///< walls imposed; the state of the run itself, as it goes on
-  std::string folder = "";                           ///< of the results; empty: nothing is written
+  std::string folder = {};                           ///< of the results; empty: nothing is written
   bool is_quiet = true;                              ///< no progress line
   Phases& phases;
 

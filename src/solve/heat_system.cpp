@@ -296,7 +296,7 @@ void HeatSystem::find_changes() {
   for (const PrescribedTerm& term : conditions_.temperatures) changes_.add(term.temperature.changes());
   for (std::vector<double>* times : {&changes_.events, &changes_.marks}) {
     std::ranges::sort(*times);
-    times->erase(std::ranges::unique(*times).begin(), times->end());
+    times->erase(std::unique(times->begin(), times->end()), times->end());
   }
 }
 

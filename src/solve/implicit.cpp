@@ -58,7 +58,7 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   for (double& value : tolerance_) value *= reachable;
 
   const auto solve = [&](int most) {
-    const Newton::Result result = newton_.solve(T, most, size);
+    Newton::Result result = newton_.solve(T, most, size);
     counts.newton_iterations += result.iterations;
     counts.linear_iterations += result.linear_iterations;
     return result;

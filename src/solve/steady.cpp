@@ -159,7 +159,7 @@ class SteadyState {
 
   /// Nothing flows to or from points within an insulator: their temperatures stay as they are.
   void hold_insulated(JacobianOperator& J) const {
-    const MPI_Comm comm = system_.cloud().comm;
+    MPI_Comm comm = system_.cloud().comm;
     if (!any(comm, std::ranges::find(row_sums_, 0.0) != row_sums_.end())) return;
     const double largest = max(comm, row_sums_.empty() ? 0 : std::ranges::max(row_sums_));
     std::vector<double> held;

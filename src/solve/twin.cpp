@@ -51,9 +51,8 @@ std::vector<PlacesInPart> split(const CellSamples& all, const Cloud& cloud, cons
 /// went on there.
 class Stencil {
  public:
-  Stencil(const MaterialField& body, const Function& T, int part, const Cloud& cloud, const Vec3& step,
-          PlacesInPart in_part)
-      : T_(T), dimension_(cloud.dimension), step_(step), in_part_(std::move(in_part)) {
+  Stencil(const MaterialField& body, Function T, int part, const Cloud& cloud, const Vec3& step, PlacesInPart in_part)
+      : T_(std::move(T)), dimension_(cloud.dimension), step_(step), in_part_(std::move(in_part)) {
     const CellSamples& places = in_part_.places;
     std::vector<int> tag;
     for (std::size_t k = 0; k + 1 < places.row.size(); ++k)

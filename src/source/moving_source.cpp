@@ -60,7 +60,7 @@ class MovingSource final : public Source {
     const bool images =
         (normalise_ || subdomains_) && box_ && !profile_.is_curved && box_->holds(placed.location(), placed.varies());
     is_on_lattice_ = cells_ && !subdomains_ && !profile_.is_curved && placed.is_product();
-    double inside;  // the part of the heat that falls on the body
+    double inside = 0;  // the part of the heat that falls on the body
     if (is_on_lattice_) {
       inside = fill_factors(placed, images);
     } else {

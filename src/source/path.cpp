@@ -96,6 +96,7 @@ std::vector<Path::Segment> read_file(const Table& source, int dimension) {
   if (power >= 0 && source.has("power"))
     source.refuse("power", "the power is given here and in the file of the path", "keep one of the two");
   std::vector<int> axis;
+  axis.reserve(dimension);
   for (int a = 0; a < dimension; ++a) axis.push_back(csv->require(std::string(1, "xyz"[a]), "m"));
   if (power < 0 && !source.has("power"))
     source.refuse("", fmt::format("[{}] has no power", source.path()),

@@ -149,8 +149,7 @@ class Joiner {
           }
     }
     std::ranges::sort(found);
-    const auto repeated = std::ranges::unique(found);
-    found.erase(repeated.begin(), repeated.end());
+    found.erase(std::unique(found.begin(), found.end()), found.end());
     std::vector<std::int32_t> vertices;
     for (const auto& [along, v] : found) vertices.push_back(v);
     return vertices;
