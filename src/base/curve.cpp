@@ -7,39 +7,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "base/error.hpp"
+#include "base/knots.hpp"
 
 namespace calor {
 namespace {
-
-enum class Ask { value, derivative, integral };
-
-/// On one interval, with s the distance from its left knot: value c0 + c1 s + c2 s^2 + c3 s^3, and the integral of the
-/// curve up to that knot.
-struct Cubic {
-  double c0 = 0, c1 = 0, c2 = 0, c3 = 0;
-  double before = 0;
-
-  template <Ask ask>
-  double at(double s) const {
-    if constexpr (ask == Ask::value) return c0 + s * (c1 + s * (c2 + s * c3));
-    if constexpr (ask == Ask::derivative) return c1 + s * (2 * c2 + s * (3 * c3));
-    return before + s * (c0 + s * (c1 / 2 + s * (c2 / 3 + s * (c3 / 4))));
-  }
-};
-
-}  // namespace
-
-/// The ways to hold knots; asked for whole arrays at once.
-struct Curve::Knots {
-  virtual ~Knots() = default;
-  virtual void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const = 0;
-  virtual std::vector<double> kinks() const { return {}; }
-};
-
-namespace {
-
-// ---- through given points -------------------------------------------------------------------------------------------
 
 /// Slopes at the points of a monotone cubic (Fritsch & Carlson, SIAM J. Numer. Anal. 17, 1980).
 std::vector<double> monotone_slopes(const std::vector<double>& x, const std::vector<double>& y) {
@@ -160,128 +131,6 @@ class Points final : public Curve::Knots {
   double buckets_per_x_;
 };
 
-// ---- sampled --------------------------------------------------------------------------------------------------------
-
-constexpr double accuracy = 0.5e-11;  // at the middle of the intervals; 1e-11 is promised everywhere
-constexpr double finest = 0x1p17;     // intervals over [lo, hi]
-constexpr std::int64_t most_knots = 10'000'000;
-
-class Samples final : public Curve::Knots {
- public:
-  Samples(std::function<double(double)> f, double lo, double hi) : f_(std::move(f)) {
-    // Intervals of a few thousandths of the temperature at most, however smooth f is over [lo, hi]: outside it may have
-    // a peak. At least 8 over [lo, hi] where that is more than next to nothing.
-    const double largest = std::max(std::abs(lo), std::abs(hi)), level = largest > 0 ? largest : 1;
-    const double width = std::max(hi - lo, level / 128);
-    double step = std::exp2(std::floor(std::log2(std::min(width / 8, level / 256))));
-    while (!fine_enough(step, lo, hi) && width / (step / 2) <= finest) step /= 2;
-    per_step_ = 1 / step;
-    step_ = step;
-    first_ = std::floor(lo * per_step_);
-    include(lo, hi);
-  }
-
-  void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const override {
-    if (x.empty()) return;
-    double lo = first_ * step_, hi = lo;  // both inside
-    for (const double xi : x) {
-      lo = xi < lo ? xi : lo;
-      hi = xi > hi ? xi : hi;
-    }
-    include(lo, hi);
-    if (ask == Ask::value) evaluate<Ask::value>(x, out);
-    if (ask == Ask::derivative) evaluate<Ask::derivative>(x, out);
-    if (ask == Ask::integral) evaluate<Ask::integral>(x, out);
-  }
-
- private:
-  // Local coordinate s = x / step - knot in [0, 1): exact, since the step is a power of two.
-  template <Ask ask>
-  void evaluate(std::span<const double> x, std::span<double> out) const {
-    const Cubic* cubics = cubics_.data() + unused_;
-    const auto last = static_cast<double>(cubics_.size() - unused_ - 1);
-    const double scale = ask == Ask::value ? 1 : ask == Ask::derivative ? per_step_ : step_;
-    for (std::size_t i = 0; i < x.size(); ++i) {
-      const double u = x[i] * per_step_;
-      const double knot = std::floor(u);
-      const double interval = knot - first_;
-      // NaN falls on the last interval and comes out as NaN.
-      const auto k = static_cast<std::int32_t>(interval < last ? interval : last);
-      out[i] = scale * cubics[k].at<ask>(u - knot);
-    }
-  }
-
-  double sample(double x) const {
-    const double y = f_(x);
-    if (!std::isfinite(y)) {
-      throw Error(Fault::numbers, "a function to be tabulated is not finite at " + std::to_string(x),
-                  "make it finite over the whole range of temperatures");
-    }
-    return y;
-  }
-
-  /// The cubic through the function at 0, 1/4, 3/4 and 1 of the interval; its error has its maximum at 1/2.
-  Cubic interval(double knot, double step) const {
-    const double f0 = sample(knot * step);
-    const double d1 = sample((knot + 0.25) * step) - f0;
-    const double d2 = sample((knot + 0.75) * step) - f0;
-    const double d3 = sample((knot + 1) * step) - f0;
-    return {.c0 = f0,
-            .c1 = 8 * d1 - 8. / 3 * d2 + d3,
-            .c2 = (-56 * d1 + 40 * d2 - 16 * d3) / 3,
-            .c3 = (32 * d1 - 32 * d2 + 16 * d3) / 3};
-  }
-
-  bool fine_enough(double step, double lo, double hi) const {
-    double largest = 0, error = 0;
-    for (double knot = std::floor(lo / step); knot * step <= hi; ++knot) {
-      const double f = sample((knot + 0.5) * step);
-      largest = std::max(largest, std::abs(f));
-      error = std::max(error, std::abs(interval(knot, step).at<Ask::value>(0.5) - f));
-    }
-    return error <= accuracy * largest;
-  }
-
-  double area(const Cubic& c) const { return c.at<Ask::integral>(1) - c.before; }
-
-  /// Grows until lo and hi lie inside.
-  void include(double lo, double hi) const {
-    const auto size = [this] { return static_cast<std::int64_t>(cubics_.size() - unused_); };
-    const double below = first_ - std::floor(lo * per_step_);
-    const double above = std::floor(hi * per_step_) - (first_ + size()) + 1;
-    if (below <= 0 && above <= 0) return;
-    if (!(std::max(below, 0.0) + std::max(above, 0.0) + size() < most_knots)) {
-      throw Error(Fault::numbers,
-                  "the tabulated function is asked for between " + std::to_string(lo) + " and " + std::to_string(hi) +
-                      ", too far from where it is known",
-                  "look why the temperatures run away, or use a table instead of a formula");
-    }
-    for (auto missing = static_cast<std::int64_t>(above); missing > 0; --missing) {
-      Cubic c = interval(first_ + size(), step_);
-      if (size() > 0) c.before = cubics_.back().before + area(cubics_.back());
-      cubics_.push_back(c);
-    }
-    if (below > unused_) {  // room in front, as much as there is already
-      const std::size_t room = std::max<std::size_t>(below - unused_, cubics_.size());
-      cubics_.insert(cubics_.begin(), room, Cubic{});
-      unused_ += room;
-    }
-    for (auto missing = static_cast<std::int64_t>(below); missing > 0; --missing) {
-      Cubic c = interval(first_ - 1, step_);
-      c.before = cubics_[unused_].before - area(c);
-      cubics_[--unused_] = c;
-      --first_;
-    }
-  }
-
-  std::function<double(double)> f_;
-  double step_, per_step_;
-  // What is known so far: intervals [first_, first_ + 1], ... in steps; entries before `unused_` are room to grow.
-  mutable double first_;
-  mutable std::size_t unused_ = 0;
-  mutable std::vector<Cubic> cubics_;
-};
-
 }  // namespace
 
 Curve Curve::constant(double value) {
@@ -302,12 +151,6 @@ Curve Curve::through(std::vector<double> x, std::vector<double> y, Interpolation
   }
   Curve curve;
   curve.knots_ = std::make_shared<Points>(std::move(x), y, interpolation);
-  return curve;
-}
-
-Curve Curve::sampled(std::function<double(double)> f, double lo, double hi) {
-  Curve curve;
-  curve.knots_ = std::make_shared<Samples>(std::move(f), lo, hi);
   return curve;
 }
 

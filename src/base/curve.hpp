@@ -19,11 +19,11 @@ class Curve {
   /// Through the given points; cubic means monotone (Fritsch & Carlson 1980). x strictly increasing, at least two
   /// points; throws std::invalid_argument otherwise.
   static Curve through(std::vector<double> x, std::vector<double> y, Interpolation interpolation);
-  /// A function sampled on knots at whole multiples of a step (a power of two), four samples to an interval; the step
-  /// is halved until the cubics differ from f by less than 1e-11 of max |f| over [lo, hi] (at most 2^17 intervals:
-  /// where f jumps or has a kink, only the interval with it is less accurate). Values outside are sampled on demand on
-  /// the same knots, so that results depend neither on the order of the questions nor on the rank. Throws
-  /// Error(numbers) where f is not finite, and for x so far away that the curve would need more than 1e7 knots.
+  /// A function of temperature, sampled on knots at multiples of a step (a power of two), which is halved until nearly
+  /// all cubics differ from f by less than 1e-11 of max |f| over [lo, hi] (at most 2^17 intervals). A jump becomes a
+  /// ramp of 0.01 K with its integral; up and down within 1/16 K may be missed. Values outside are sampled as asked, so
+  /// that results depend neither on the order of the questions nor on the rank. Throws Error(numbers) where f is not
+  /// finite, and for x so far away that the curve would need more than 1e7 knots.
   static Curve sampled(std::function<double(double)> f, double lo, double hi);
 
   double value(double x) const;

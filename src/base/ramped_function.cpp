@@ -14,8 +14,8 @@ void RampedFunction::evaluate(const Arguments& args, std::span<double> out) cons
   function_.evaluate(args, out);
   if (!function().depends_on_temperature()) return;
   const Intervals at = intervals(args);
-  for (std::size_t i = 0; i < out.size(); ++i)
-    if (is_jump(args, at, i)) out[i] = std::lerp(at.f_low[i], at.f_high[i], (args.T[i] - at.low[i]) / width);
+  for (const std::size_t i : jumps(args, at))
+    out[i] = std::lerp(at.f_low[i], at.f_high[i], (args.T[i] - at.low[i]) / width);
 }
 
 void RampedFunction::derivative(const Arguments& args, std::span<double> out) const {
@@ -33,25 +33,37 @@ void RampedFunction::derivative(const Arguments& args, std::span<double> out) co
 RampedFunction::Intervals RampedFunction::intervals(const Arguments& args) const {
   Intervals at{.low = std::vector<double>(args.T.size()), .f_low = {}, .f_high = {}};
   std::ranges::transform(args.T, at.low.begin(), [](double T) { return width * std::floor(T / width); });
-  at.f_low = values(args, at.low, 0), at.f_high = values(args, at.low, width);
+  at.f_low = values(args.x, args.t, at.low, 0), at.f_high = values(args.x, args.t, at.low, width);
   return at;
 }
 
-std::vector<double> RampedFunction::values(const Arguments& args, std::span<const double> low, double above) const {
+std::vector<double> RampedFunction::values(std::span<const Vec3> x, double t, std::span<const double> low,
+                                           double above) const {
   std::vector<double> T(low.begin(), low.end()), f(low.size());
   for (double& value : T) value += above;
-  function_.evaluate({.x = args.x, .t = args.t, .T = T}, f);
+  function_.evaluate({.x = x, .t = t, .T = T}, f);
   return f;
 }
 
-bool RampedFunction::is_jump(const Arguments& args, const Intervals& at, std::size_t i) const {
+std::vector<std::size_t> RampedFunction::jumps(const Arguments& args, const Intervals& at) const {
   constexpr double little = 1e-6, much = 4;
-  const double change = std::abs(at.f_high[i] - at.f_low[i]);
-  if (!(change > little * std::max(std::abs(at.f_low[i]), std::abs(at.f_high[i])))) return false;
-  const Arguments here{.x = args.x.subspan(i, 1), .t = args.t};
-  const std::span<const double> low(&at.low[i], 1);
-  const double below = values(here, low, -width)[0], above = values(here, low, 2 * width)[0];
-  return change > much * (std::abs(at.f_low[i] - below) + std::abs(above - at.f_high[i]));
+  std::vector<std::size_t> steep, found;
+  std::vector<Vec3> x;
+  std::vector<double> low;
+  for (std::size_t i = 0; i < at.low.size(); ++i) {
+    if (!(std::abs(at.f_high[i] - at.f_low[i]) > little * std::max(std::abs(at.f_low[i]), std::abs(at.f_high[i]))))
+      continue;
+    steep.push_back(i);
+    x.push_back(args.x[i]);
+    low.push_back(at.low[i]);
+  }
+  const std::vector<double> below = values(x, args.t, low, -width), above = values(x, args.t, low, 2 * width);
+  for (std::size_t n = 0; n < steep.size(); ++n) {
+    const std::size_t i = steep[n];
+    const double change = std::abs(at.f_high[i] - at.f_low[i]);
+    if (change > much * (std::abs(at.f_low[i] - below[n]) + std::abs(above[n] - at.f_high[i]))) found.push_back(i);
+  }
+  return found;
 }
 
 }  // namespace calor

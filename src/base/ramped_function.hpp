@@ -1,5 +1,5 @@
 #pragma once
-// Functions of temperature that jump, as those of thermostats do.
+// Functions of temperature that jump, as those of thermostats, conductivities and contacts do.
 #include <span>
 #include <vector>
 
@@ -29,10 +29,9 @@ class RampedFunction {
     std::vector<double> low, f_low, f_high;
   };
   Intervals intervals(const Arguments& args) const;
-  std::vector<double> values(const Arguments& args, std::span<const double> low, double above) const;
-  /// Does the function change much more over the interval of entry i than over its neighbours? Not where a value is not
-  /// finite.
-  bool is_jump(const Arguments& args, const Intervals& at, std::size_t i) const;
+  std::vector<double> values(std::span<const Vec3> x, double t, std::span<const double> low, double above) const;
+  /// The entries over whose intervals the function changes much more than over the neighbours.
+  std::vector<std::size_t> jumps(const Arguments& args, const Intervals& at) const;
 
   PointFunction function_;
 };

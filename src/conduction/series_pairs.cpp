@@ -10,6 +10,7 @@
 #include <utility>
 
 #include "base/parallel.hpp"
+#include "base/ramped_function.hpp"
 #include "conduction/contact_pairs.hpp"
 #include "conduction/fibres.hpp"
 #include "conduction/interface_points.hpp"
@@ -301,8 +302,9 @@ SeriesPairs::Resistances SeriesPairs::resistances(std::span<const double> T, boo
       const Pair& p = pairs_[law.pair[q]];
       mean[q] = 0.5 * (T[p.a] + T[p.b]);
     }
-    law.h->evaluate({.x = law.x, .T = mean}, h);
-    if (derivative) law.h->derivative({.x = law.x, .T = mean}, slope);
+    const RampedFunction of_mean(*law.h);
+    of_mean.evaluate({.x = law.x, .T = mean}, h);
+    if (derivative) of_mean.derivative({.x = law.x, .T = mean}, slope);
     for (std::size_t q = 0; q < n; ++q) {
       const std::int32_t p = law.pair[q];
       if (!(h[q] >= 0))

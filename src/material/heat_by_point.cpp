@@ -3,14 +3,22 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 namespace calor {
+namespace {
+
+/// With the temperature? Only of formulas of place it is known that they do not.
+bool may_jump(const Function& f) { return f.depends_on_temperature() && (f.may_jump() || !f.depends_on_place()); }
+
+}  // namespace
 
 HeatByPoint::HeatByPoint(const Function& rho, const Function& c, std::span<const Vec3> x, const TemperatureRange& range)
-    : rho_(rho), c_(c), x_(x), reference_(range.reference) {
+    : rho_(rho), c_(c), x_(x), reference_(range.reference), may_jump_(may_jump(rho) || may_jump(c)) {
   // A power of two; a few thousandths of the temperature at most, as for curves (curve.cpp).
   const double largest = std::max(std::abs(range.low), std::abs(range.high)), level = largest > 0 ? largest : 1;
   const double width = std::max(range.high - range.low, level / 128);
+  ramp_ = Sampler::ramp(level);
   constexpr double finest = 0x1p12;
   step_ = std::exp2(std::floor(std::log2(std::min(width / 8, level / 16))));
   while (!is_fine_enough(range) && width / (step_ / 2) <= finest) step_ /= 2;
@@ -24,36 +32,47 @@ void HeatByPoint::sample(const Vec3& x, std::span<const double, 4> T, std::span<
   for (std::size_t n = 0; n < 4; ++n) rho_c[n] *= c[n];
 }
 
+std::function<double(double)> HeatByPoint::of_temperature(const Vec3& x) const {
+  return [this, x](double T) { return rho_(x, 0, T) * c_(x, 0, T); };
+}
+
 HeatByPoint::Piece HeatByPoint::piece(const Vec3& x, double knot) const {
+  if (may_jump_) {
+    const auto rho_c = of_temperature(x);
+    return {knot, 0, 0, Sampler(rho_c, step_, largest_, ramp_).interval(knot)};
+  }
   const std::array<double, 4> T{knot * step_, (knot + 0.25) * step_, (knot + 0.75) * step_, (knot + 1) * step_};
   std::array<double, 4> f;
   sample(x, T, f);
   // The cubic through the samples; its error has its maximum in the middle.
   const double d1 = f[1] - f[0], d2 = f[2] - f[0], d3 = f[3] - f[0];
-  return {.knot = knot,
-          .before = 0,
-          .rest = 0,
-          .c0 = f[0],
-          .c1 = 8 * d1 - 8. / 3 * d2 + d3,
-          .c2 = (-56 * d1 + 40 * d2 - 16 * d3) / 3,
-          .c3 = (32 * d1 - 32 * d2 + 16 * d3) / 3};
+  const Cubic cubic{.c0 = f[0],
+                    .c1 = 8 * d1 - 8. / 3 * d2 + d3,
+                    .c2 = (-56 * d1 + 40 * d2 - 16 * d3) / 3,
+                    .c3 = (32 * d1 - 32 * d2 + 16 * d3) / 3};
+  return {knot, 0, 0, {cubic, nullptr}};
 }
 
-bool HeatByPoint::is_fine_enough(const TemperatureRange& range) const {
-  constexpr double accuracy = 0.5e-11;
+bool HeatByPoint::is_fine_enough(const TemperatureRange& range) {
   constexpr std::size_t most_points = 16;
   const std::size_t stride = std::max<std::size_t>(1, x_.size() / most_points);
-  double largest = 0, error = 0;
+  double error = 0;
+  std::int64_t all = 0, rough = 0;
   for (std::size_t i = 0; i < x_.size(); i += stride) {
-    for (double knot = std::floor(range.low / step_); knot * step_ <= range.high; ++knot) {
+    const auto rho_c = of_temperature(x_[i]);
+    const Sampler sampler(rho_c, step_, largest_, ramp_);
+    for (double knot = std::floor(range.low / step_); knot * step_ <= range.high; ++knot, ++all) {
       const double T = (knot + 0.5) * step_;
       std::array<double, 4> f;
       sample(x_[i], std::array{T, T, T, T}, f);
-      largest = std::max(largest, std::abs(f[0]));
-      error = std::max(error, std::abs(piece(x_[i], knot).value(0.5) - f[0]));
+      largest_ = std::max(largest_, std::abs(f[0]));
+      if (may_jump_)
+        rough += !sampler.is_smooth(knot);
+      else
+        error = std::max(error, std::abs(piece(x_[i], knot).value(0.5) - f[0]));
     }
   }
-  return error <= accuracy * largest;
+  return error <= Sampler::accuracy * largest_ && Sampler::are_few(rough, all);
 }
 
 void HeatByPoint::move(const Vec3& x, Piece& p, double knot) const {

@@ -8,6 +8,7 @@
 #include <tuple>
 
 #include "base/function.hpp"
+#include "base/ramped_function.hpp"
 #include "material/heat_by_point.hpp"
 #include "material/library.hpp"
 
@@ -35,7 +36,7 @@ bool of_place_alone(const Function& f) { return !f.depends_on_time() && !f.depen
 class Conductivity {
  public:
   Conductivity(const Function& k, std::span<const Vec3> x, const TemperatureRange& range, const std::string& what)
-      : function_(k), x_(x) {
+      : function_(k), ramped_(k), x_(x) {
     if (of_place_alone(k)) {
       values_.emplace(checked_values(k, x, what, "W/(m K)", 0));
     }
@@ -52,8 +53,14 @@ class Conductivity {
       if (!dk_dT.empty()) curve_->derivatives(T, dk_dT);
     } else {
       const Arguments args{.x = x_.subspan(first, T.size()), .t = t, .T = T};
-      function_.evaluate(args, k);
-      if (!dk_dT.empty()) function_.derivative(args, dk_dT);
+      // Only of formulas of place it is known that they do not jump.
+      if (function_.may_jump() || !function_.depends_on_place()) {
+        ramped_.evaluate(args, k);
+        if (!dk_dT.empty()) ramped_.derivative(args, dk_dT);
+      } else {
+        function_.evaluate(args, k);
+        if (!dk_dT.empty()) function_.derivative(args, dk_dT);
+      }
     }
   }
 
@@ -61,6 +68,7 @@ class Conductivity {
 
  private:
   Function function_;
+  RampedFunction ramped_;
   std::span<const Vec3> x_;
   std::optional<PointValues> values_;
   std::optional<Curve> curve_;

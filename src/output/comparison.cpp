@@ -6,8 +6,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "base/parallel.hpp"
+#include "base/units.hpp"
 
 namespace calor {
 
@@ -31,6 +33,16 @@ Verdict verdict_at(const Comparison& e, std::size_t k) {
           .least = e.least(k),
           .worst_place = result.place,
           .source = e.table.has("source") ? e.table.text("source") : ""};
+}
+
+/// SI unit of a number of the report; "" of those that a bound without unit is written for.
+std::string unit_of_number(const std::string& name) {
+  const std::string kind = name.substr(0, name.find('.'));
+  if (kind.ends_with("_stress")) return "Pa";
+  if (kind == "heat_flow") return "W";
+  if (kind == "mean" || kind == "minimum" || kind == "maximum" || kind == "average_temperature") return "K";
+  if (kind.ends_with("_step")) return "s";
+  return kind.starts_with("largest_") ? "m" : "";  // extents of a weld
 }
 
 }  // namespace
@@ -180,9 +192,14 @@ Result worst_point(const Cloud& cloud, std::span<const int> point, std::span<con
 
 double read_report_bound(const Table& table, const std::string& key) {
   const auto written = table.quantities_with_units(key);
-  if (written.size() != 1 || !written[0].second.empty())
-    table.refuse(key, "the bound of a number of the report is one number without unit", "write it so, e.g. 1e-12");
-  return written[0].first;
+  if (written.size() != 1)
+    table.refuse(key, fmt::format("{} bounds of one number of the report", written.size()), "write one, e.g. 1e-12");
+  const auto& [value, unit] = written[0];
+  try {
+    return unit.empty() ? value : to_si(value, unit, unit_of_number(table.text("report")));
+  } catch (const std::invalid_argument& e) {
+    table.refuse(key, fmt::format("the bound of '{}': {}", table.text("report"), e.what()), "correct the unit");
+  }
 }
 
 }  // namespace calor

@@ -73,7 +73,7 @@ std::vector<double> read_times(const Case& c, const Table& table);
 /// `within` or `at_least`: one difference for all times, or one a time.
 std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
                                         std::size_t times);
-/// `at_most` or `at_least` of a number of the report.
+/// `at_most` or `at_least` of a number of the report, in SI; without a unit it is written so.
 double read_report_bound(const Table& table, const std::string& key);
 
 /// The points at which values and references differ most: `by_value` relative to the reference, of equal ones that of

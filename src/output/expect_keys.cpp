@@ -37,7 +37,7 @@ void declare_expect(Schema& schema) {
        "What a difference in % is relative to: the reference at the point, the largest reference, or the span of the "
        "references.",
        {"value", "maximum", "range"}},
-      {"at_most", Kind::raw_quantities, "", optional, "Upper bound of a number of the report."},
+      {"at_most", Kind::raw_quantities, "", optional, "Upper bound of a number of the report; without a unit in SI."},
       {"at_least", Kind::raw_quantities, "", optional,
        "Lower bound of a number of the report, or of the difference, for errors that are known: like 'within'."},
   };

@@ -95,6 +95,8 @@ Probes::Probes(const Case& c, const Cloud& cloud, const Dofs* dofs, const Parts*
     const std::vector<double> at = section.numbers(name);
     if (name.find_first_of(",[]\"\n") != name.npos)
       section.refuse(name, fmt::format("'{}' cannot be the name of a column", name), "leave out commas and brackets");
+    if (name == "time")
+      section.refuse(name, "a probe named 'time' and the time itself would be one column", "give it another name");
     const bool fits = static_cast<int>(at.size()) >= cloud.dimension && at.size() <= 3;
     if (!fits || std::any_of(at.begin() + cloud.dimension, at.end(), [](double x) { return x != 0; }))
       section.refuse(

@@ -167,6 +167,7 @@ struct ThermalStress::Impl {
   void add_place(double s_here, double r_here, double w);
   std::vector<double> stress(const Deformation& d, std::size_t component, const Elasticity& elasticity,
                              std::span<const Vec3> x, std::span<const double> T) const;
+  double largest(std::span<const double> of_section, double sign) const;
 
   Vec3 from, along, outwards;
   double thickness;
@@ -258,6 +259,23 @@ std::vector<double> ThermalStress::Impl::stress(const Deformation& deformation, 
   return out;
 }
 
+/// Of sign times a stress over the section; between its places it is that of the parabola through three of them.
+double ThermalStress::Impl::largest(std::span<const double> of_section, double sign) const {
+  const auto f = [&](std::size_t i) { return sign * of_section[i]; };
+  double largest = -std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < of_section.size(); ++i) {
+    largest = std::max(largest, f(i));
+    if (i == 0 || i + 1 == of_section.size() || f(i) < f(i - 1) || f(i) < f(i + 1)) continue;
+    // Parts and lines end in two places that are next to each other.
+    const double below = s[i] - s[i - 1], above = s[i + 1] - s[i], apart = 1e-6 * thickness;
+    if (below < apart || above < apart) continue;
+    const double slope_below = (f(i) - f(i - 1)) / below, slope_above = (f(i + 1) - f(i)) / above;
+    const double curvature = (slope_above - slope_below) / (below + above), slope = slope_below + curvature * below;
+    if (curvature < 0) largest = std::max(largest, f(i) - slope * slope / (4 * curvature));
+  }
+  return largest;
+}
+
 ThermalStress::ThermalStress(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 ThermalStress::~ThermalStress() = default;
 
@@ -307,8 +325,8 @@ Deformation ThermalStress::deformation(std::span<const double> u) const {
   out.lowest = std::numeric_limits<double>::infinity(), out.highest = -out.lowest;
   for (std::size_t a = 0; a < components; ++a) {
     out.stress.push_back(p.stress(out, a, *p.of_section, p.x, out.T));
-    out.lowest = std::min(out.lowest, std::ranges::min(out.stress.back()));
-    out.highest = std::max(out.highest, std::ranges::max(out.stress.back()));
+    out.lowest = std::min(out.lowest, -p.largest(out.stress.back(), -1));
+    out.highest = std::max(out.highest, p.largest(out.stress.back(), 1));
   }
   return out;
 }

@@ -82,7 +82,11 @@ std::vector<double> from_file(const std::string& path, const Cloud& cloud, const
       if (point != of_id.end()) i = point->second;
     }
     const double value = csv.number(T_column);
-    if (i >= 0) T[i] = value, found[i] = 1;
+    if (i < 0) continue;
+    if (found[i])
+      throw Error(Fault::bad_case, csv.location(), fmt::format("a second row for the point of id {}", cloud.id[i]),
+                  "leave one of them");
+    T[i] = value, found[i] = 1;
   }
   const auto missing = std::ranges::find(found, 0);
   if (missing != found.end()) {

@@ -194,11 +194,49 @@ TEST(SampledCurve, AsksTheFunctionOnlyWhereItIsNeeded) {
   EXPECT_THROW(c.value(-1), Error);
 }
 
-TEST(SampledCurve, EndsAtAKinkAfterAFiniteNumberOfKnots) {
+TEST(SampledCurve, IsExactOnBothSidesOfAJumpAndInItsIntegral) {
   const Curve c = Curve::sampled([](double x) { return x < 0.3 ? 1. : 2.; }, 0, 1);
-  EXPECT_EQ(c.value(0.29), 1);
-  EXPECT_EQ(c.value(0.31), 2);
-  EXPECT_NEAR(c.integral(1) - c.integral(0), 1.7, 2e-5);
+  EXPECT_EQ(c.value(0.2999), 1);
+  EXPECT_EQ(c.value(0.3001), 2);
+  EXPECT_NEAR(c.integral(1) - c.integral(0), 1.7, 1e-11);
+  // On a knot, beside one, anywhere; upwards, downwards; in the range that is sampled first and out of it.
+  for (const double place : {310., 310.001, 309.996, 311.3, 299.99999, 1000. / 3, 700., 250.1}) {
+    for (const double high : {400., 0.04}) {
+      const Curve k = Curve::sampled([=](double T) { return T < place ? 4 : high; }, 300, 350);
+      for (const double d : {0.0051, 0.02, 0.3, 40.}) {
+        EXPECT_NEAR(k.value(place - d), 4, 1e-12) << place;
+        EXPECT_NEAR(k.value(place + d), high, 1e-12) << place;
+        EXPECT_NEAR(k.integral(place + d) - k.integral(place - d), d * (4 + high), 1e-9) << place << ' ' << d;
+      }
+      for (const double x : even(place - 1, place + 1, 20'001)) {
+        EXPECT_GE(k.value(x), std::min(4., high) * (1 - 1e-12));
+        EXPECT_LE(k.value(x), std::max(4., high) * (1 + 1e-12));
+      }
+    }
+  }
+}
+
+TEST(SampledCurve, HoldsTheHeatOfABoxHoweverNarrowDownToASixteenthOfAKelvin) {
+  for (const double width : {0.0626, 0.1, 0.5, 1., 10.}) {
+    for (const double middle : {350., 800., 801.37, 1999.999, 250.}) {
+      const auto law = [=](double T) { return 500 + (std::abs(T - middle) < width / 2 ? 2e5 / width : 0.01 * T); };
+      const Curve c = Curve::sampled(law, 300, 2000);
+      const double low = 200, high = 2100;
+      const double box = 2e5 - 0.01 * middle * width;  // above the line
+      EXPECT_NEAR(c.integral(high) - c.integral(low), 500 * 1900 + 0.005 * (high * high - low * low) + box, 1e-4)
+          << width << " K about " << middle;
+    }
+  }
+}
+
+TEST(SampledCurve, FollowsKinksClosely) {
+  const auto law = [](double T) { return 40 + std::abs(T - 777.7) / 10; };
+  const Curve c = Curve::sampled(law, 300, 1500);
+  EXPECT_LT(largest_difference(
+                c, +[](double T) { return 40 + std::abs(T - 777.7) / 10; }, 300, 1500),
+            1e-4);
+  // Two triangles.
+  EXPECT_NEAR(c.integral(1500) - c.integral(300), 40 * 1200 + (477.7 * 477.7 + 722.3 * 722.3) / 20, 1e-6);
 }
 
 TEST(SampledCurve, MayStartFromASingleTemperature) {

@@ -151,7 +151,7 @@ TEST(Expectations, RefuseWhatTheyCannotCompare) {
   refused("field = true\nvalue = { formula = \"T\", unit = \"K\" }\nwithin = \"1 K\"", {"depends on T"});
   refused("report = \"points\"", {"no bound"});
   refused("report = \"point\"\nat_most = 1", {"no number 'point'", "did you mean 'points'? it has points, "});
-  refused("report = \"points\"\nat_most = \"3 K\"", {"one number without unit"});
+  refused("report = \"points\"\nat_most = \"3 K\"", {"a number without unit is needed"});
   const Error none = error_of([] { verdict("field = true\nreference = \"nowhere.csv\"\nwithin = \"1 K\""); });
   EXPECT_EQ(none.fault(), Fault::file);
 }

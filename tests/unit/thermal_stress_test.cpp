@@ -123,6 +123,15 @@ TEST(ThermalStress, AHotMiddleOfADiscIsPressedAndItsRimPulled) {
   EXPECT_NEAR(hot.d.curvature, 0, 1e-6);
 }
 
+TEST(ThermalStress, TheLargestStressOfAPlateMayLieBetweenTwoPlacesOfItsSection) {
+  // T - 300 K = a s^2: E alpha a / (1 - nu) (s h - s^2 - h^2/6), largest at s = h/2: a h^2/12 = 8 K.
+  for (const int points : {9, 20, 21}) {
+    const Stressed plate(wall("300 + 6*x^2", "sph", points) + of_metal + stress("plate"));
+    const double largest = E * alpha / (1 - nu) * 8;
+    EXPECT_NEAR(plate.d.highest, largest, 1e-9 * largest);
+  }
+}
+
 TEST(ThermalStress, ADiscThatIsHotOnOneSideIsAPlate) {
   const Stressed round(disc("300 + 6*y^2"));
   const Stressed plate(wall("300 + 6*x^2", "sph", 9) + of_metal + stress("plate"));
