@@ -75,9 +75,16 @@ class Rkl2 final : public Stepper {
       const double t_new = dt == interval.end() - state.t ? interval.end() : state.t + dt;
       require_motion(state.t, t_new);
       const int stages = stages_for(dt, limit);
-      advance_stages(system, state, interval, dt, stages);
-      evaluate(system, interval.data_time(t_new), T_, F_, power_);
       const double always_good = shortest_scale(interval, limit);
+      try {
+        advance_stages(system, state, interval, dt, stages);
+        evaluate(system, interval.data_time(t_new), T_, F_, power_);
+      } catch (const Error&) {  // on all ranks: temperatures of a step that is much too long
+        if (dt <= always_good) throw;
+        control_.reduce(dt);
+        ++counts.rejected;
+        continue;
+      }
       if (!control_.judge(dt, error(system, state, dt, stages) / tolerance(system, state), always_good)) {
         ++counts.rejected;
         continue;
