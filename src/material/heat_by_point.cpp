@@ -91,21 +91,23 @@ void HeatByPoint::move(const Vec3& x, Piece& p, double knot) const {
 
 void HeatByPoint::evaluate(std::size_t first, std::span<const double> T, std::span<double> H,
                            std::span<double> rho_c) const {
-  if (pieces_.empty()) {
-    const double knot = std::floor(reference_ / step_);
-    for (const Vec3& x : x_) {
-      Piece p = piece(x, knot);
-      p.before = -step_ * p.integral(reference_ / step_ - knot);
-      pieces_.push_back(p);
-    }
-  }
-  constexpr double farthest = 1e6;    // intervals: temperatures have run away, or are none
+  const double start_knot = std::floor(reference_ / step_);
+  const auto start = [&](const Vec3& x) {
+    Piece p = piece(x, start_knot);
+    p.before = -step_ * p.integral(reference_ / step_ - start_knot);
+    return p;
+  };
+  if (pieces_.empty())
+    for (const Vec3& x : x_) pieces_.push_back(start(x));
+  constexpr double farthest = 1e5;    // intervals: temperatures have run away, or are none
   const double per_step = 1 / step_;  // exact: a power of two
   for (std::size_t i = 0; i < T.size(); ++i) {
     Piece& p = pieces_[first + i];
     const double u = T[i] * per_step;
     if (!(u >= p.knot && u < p.knot + 1)) {
       const double knot = std::floor(u);
+      // Back from temperatures that a step which was much too long had led to.
+      if (std::abs(knot - start_knot) < std::abs(knot - p.knot)) p = start(x_[first + i]);
       if (!(std::abs(knot - p.knot) < farthest))
         throw Error(Fault::numbers, c_.location(),
                     "the heat capacity is asked for at " + std::to_string(T[i]) + " K, too far from where it is known",
