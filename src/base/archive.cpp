@@ -140,7 +140,7 @@ void ArchiveWriter::shares(const std::string& name, std::span<double> mine) {
 }
 
 void ArchiveWriter::save(const std::string& path) const {
-  const MPI_Comm comm = points_.comm();
+  MPI_Comm comm = points_.comm();
   const bool is_first = rank_of(comm) == 0;
   const std::string draft = path + ".part";
   std::optional<File> file;

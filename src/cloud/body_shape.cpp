@@ -62,7 +62,8 @@ PartsOfBody read_parts(const Table& cloud, double least_spacing) {
                    fmt::format("a part of {} dimensions in a body of {}", part.dimension, parts.solids[0].dimension),
                    "give all parts the same");
     const std::string name = table.has("name") ? table.text("name") : "", how = table.text("combine");
-    for (std::string& face : part.faces) face = name.empty() ? face : name + "." + face;
+    if (!name.empty())
+      for (std::string& face : part.faces) face = fmt::format("{}.{}", name, face);
     combine(parts, part, how, table);
     if (how != "part") continue;
     parts.solids.push_back(std::move(part));
@@ -133,8 +134,8 @@ double least_spacing(const Table& cloud, const Function& spacing) {
       corners.insert(corners.end(), solid.vertices.begin(), solid.vertices.end());
     const Bounds box = bounds_of(corners);
     for (int n = 0; n < places * places * places; ++n) {
-      const Vec3 part{(n % places + 0.5) / places, (n / places % places + 0.5) / places,
-                      (n / (places * places) + 0.5) / places};
+      const int i = n % places, j = n / places % places, k = n / (places * places);
+      const Vec3 part{(i + 0.5) / places, (j + 0.5) / places, (k + 0.5) / places};
       least = std::min(least, positive_spacing(spacing, box.low + product(part, box.high - box.low)));
     }
   }

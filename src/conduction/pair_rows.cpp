@@ -114,8 +114,8 @@ void PairRows::pack_groups(std::span<const std::int64_t> start, std::span<const 
   column_.resize(size), weight_.resize(size);
   std::vector<std::int32_t> columns;
   std::vector<double> weights;
-  for (auto at = groups_.rbegin(); at != groups_.rend(); ++at) {
-    const Group& group = *at;
+  for (std::size_t g = groups_.size(); g-- > 0;) {
+    const Group& group = groups_[g];
     const std::int64_t count = std::accumulate(group.count, group.count + lanes, std::int64_t{0});
     used -= count;
     columns.assign(column_.begin() + used, column_.begin() + used + count);
@@ -187,9 +187,8 @@ CALOR_ALWAYS_INLINE inline void PairRows::add_groups(const Flux& flux, double* F
   for (const Group& group : groups_) {
     using State = decltype(flux.at(Gathered<width>{nullptr}));
     State own[blocks];
-    Doubles<width> sum[blocks];
-    for (int b = 0; b < blocks; ++b)
-      own[b] = flux.at(Gathered<width>{group.row + b * width}), sum[b] = Doubles<width>{};
+    Doubles<width> sum[blocks] = {};
+    for (int b = 0; b < blocks; ++b) own[b] = flux.at(Gathered<width>{group.row + b * width});
     for (std::int64_t n = group.begin; n < group.end; n += lanes) {
 #pragma GCC unroll 8
       for (int b = 0; b < blocks; ++b)

@@ -59,7 +59,7 @@ ZetaRows::ZetaRows(const Cloud& cloud, const Neighbours& neighbours, std::span<c
 
   const auto count = static_cast<PetscInt>(point_.size());
   std::vector<double> number(cloud.local(), -1);
-  double next = static_cast<double>(offset(cloud.comm, count));
+  auto next = static_cast<double>(offset(cloud.comm, count));
   for (const int i : point_) number[i] = next++;
   cloud.halo.update(number);
   number_.assign(number.begin(), number.end());

@@ -29,7 +29,7 @@ constexpr double weak = 0.25;             ///< coupling along an axis, over the 
 struct Bin {
   std::array<int, 3> width = {};  ///< class along every axis
   std::array<std::int64_t, 3> place = {};
-  auto operator<=>(const Bin&) const = default;
+  auto operator<=>(const Bin&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
 };
 
 /// Bins of the points themselves, about one each. Collective.

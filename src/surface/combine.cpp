@@ -151,6 +151,7 @@ class Joiner {
     std::ranges::sort(found);
     found.erase(std::unique(found.begin(), found.end()), found.end());
     std::vector<std::int32_t> vertices;
+    vertices.reserve(found.size());
     for (const auto& [along, v] : found) vertices.push_back(v);
     return vertices;
   }
@@ -167,6 +168,7 @@ class Joiner {
     }
     if (loop.size() < 3) return;
     std::vector<Vec3> corner;
+    corner.reserve(loop.size());
     double longest = 0;
     for (const std::int32_t v : loop) corner.push_back(out_.vertices[v]);
     for (std::size_t k = 0; k < corner.size(); ++k)

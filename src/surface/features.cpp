@@ -41,8 +41,9 @@ std::vector<Step> steps_of(const Surface& surface, const Features& features) {
     const bool is_smooth = sides.size() == 2 && features.patch[f] == features.patch[g] &&
                            dot(features.normal[f], features.normal[g]) > smooth;
     if (is_smooth) return;
-    Step& step = steps.emplace_back(sides[0].edge[0], sides[0].edge[1]);
+    Step step{sides[0].edge[0], sides[0].edge[1]};
     for (const Side& side : sides) step.facets.push_back(side.facet);
+    steps.push_back(std::move(step));
   });
   return steps;
 }
