@@ -49,6 +49,12 @@ add_test(NAME embedding COMMAND ${python} ${tests}/embedding/run.py ${CMAKE_COMM
 add_test(NAME include_order COMMAND ${python} ${tests}/architecture/include_order.py)
 add_test(NAME version COMMAND ${python} ${tests}/architecture/version.py)
 
+# Seconds: the long ones begin first, so that none is left alone at the end.
+set_tests_properties(poses PROPERTIES COST 220)
+set_tests_properties(memory PROPERTIES COST 170)
+set_tests_properties(verify python PROPERTIES COST 100)
+set_tests_properties(bad_cases contract tutorials PROPERTIES COST 60)
+
 # Open MPI: allowed as root, more ranks than cores, no spinning on a busy machine.
 # Ranks that disagree on where they are say so.
 set(with_ranks unit_on_2_ranks unit_on_3_ranks unit_on_4_ranks cases_on_ranks)

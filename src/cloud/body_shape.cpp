@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <deque>
 #include <iterator>
 #include <limits>
 #include <memory>
@@ -95,9 +96,10 @@ Assembly assemble(const Table& cloud, const PartsOfBody& parts) {
 /// Says where parts nearly touch: a gap that facets on curved faces, or a rounded length, leave.
 std::vector<std::string> note_on_gaps(const PartsOfBody& parts, double spacing) {
   constexpr double narrow = 0.05;  // of the spacing
-  std::vector<std::string> notes;
-  for (std::size_t q = 0; q < parts.solids.size() && parts.solids.size() > 1; ++q) {
-    const SurfaceTree tree(parts.solids[q]);
+  if (parts.solids.size() < 2) return {};
+  std::deque<SurfaceTree> trees;
+  for (const Surface& solid : parts.solids) trees.emplace_back(solid);
+  for (std::size_t q = 0; q < parts.solids.size(); ++q) {
     const Bounds box = bounds_of(parts.solids[q].vertices);
     for (std::size_t p = 0; p < parts.solids.size(); ++p) {
       if (p == q) continue;
@@ -106,17 +108,19 @@ std::vector<std::string> note_on_gaps(const PartsOfBody& parts, double spacing) 
         for (int a = 0; a < parts.solids[q].dimension; ++a)
           is_near = is_near && x[a] > box.low[a] - narrow * spacing && x[a] < box.high[a] + narrow * spacing;
         if (!is_near) continue;
-        const auto near = tree.closest(x, narrow * spacing);
+        const auto near = trees[q].closest(x, narrow * spacing);
         if (!near || near->distance < 1e-3 * narrow * spacing) continue;
-        notes.push_back(
-            fmt::format("parts {} and {} are {:.3g} m apart at ({:.6g}, {:.6g}, {:.6g}) m, where no heat crosses: let "
-                        "one of them reach into the other if they are to touch",
-                        std::min(p, q) + 1, std::max(p, q) + 1, near->distance, x.x, x.y, x.z));
-        return notes;
+        // Of faces flush with each other, the way between them runs along the part itself.
+        const double half = 0.5 * near->distance;
+        if (trees[p].closest(0.5 * (x + near->x), 0.5 * half)) continue;
+        return {
+            fmt::format("parts {} and {} are {:.3g} m apart at ({:.6g}, {:.6g}, {:.6g}) m, where no heat crosses: "
+                        "let one of them reach into the other if they are to touch",
+                        std::min(p, q) + 1, std::max(p, q) + 1, near->distance, x.x, x.y, x.z)};
       }
     }
   }
-  return notes;
+  return {};
 }
 
 /// The finest spacing that the case asks for, as far as places all over the box around the body tell.

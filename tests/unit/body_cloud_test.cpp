@@ -1,8 +1,11 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <string>
 
+#include "case_models.hpp"
 #include "cloud/body_points.hpp"
 #include "cloud/shapes.hpp"
 #include "method_clouds.hpp"
@@ -132,6 +135,34 @@ TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;
   }
+}
+
+TEST(BodyCloud, TellsOfGapsBetweenPartsButNotOfFacesFlushWithEachOther) {
+  const auto notes_on_gaps = [](const std::string& hole, const std::string& pin) {
+    const CaseModel m(R"toml(title = "pin in a plate"
+method = "sph"
+[cloud]
+shape = "surface"
+spacing = "2.5 mm"
+[[cloud.part]]
+shape = "box"
+size = ["24 mm", "14 mm", "10 mm"]
+)toml" + hole + R"toml([[cloud.part]]
+shape = "cylinder"
+height = "10 mm"
+at = ["12 mm", "7 mm", "0 mm"]
+)toml" + pin + simple_material({.k = "4"}) +
+                      "[boundary.hot]\non = \"xmin\"\ntemperature = \"400 K\"\n[steady]\n");
+    return std::ranges::count_if(m.cloud().notes,
+                                 [](const std::string& note) { return note.find(" m apart") != note.npos; });
+  };
+  EXPECT_EQ(notes_on_gaps("", "radius = \"5 mm\"\n"), 0);
+  // A hole wider than the pin by 0.1 mm.
+  const std::string hole =
+      "[[cloud.part]]\nshape = \"cylinder\"\nradius = \"5.1 mm\"\nheight = \"10 mm\"\nat = [\"12 mm\", \"7 mm\", \"0 "
+      "mm\"]\n"
+      "combine = \"cut\"\n";
+  EXPECT_EQ(notes_on_gaps(hole, "radius = \"5 mm\"\n"), 1);
 }
 
 }  // namespace
