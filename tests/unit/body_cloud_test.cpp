@@ -151,8 +151,8 @@ size = ["24 mm", "14 mm", "10 mm"]
 shape = "cylinder"
 height = "10 mm"
 at = ["12 mm", "7 mm", "0 mm"]
-)toml" + pin + simple_material({.k = "4"}) +
-                      "[boundary.hot]\non = \"xmin\"\ntemperature = \"400 K\"\n[steady]\n");
+)toml" + pin + simple_material({.k = "4", .rho = "2000", .c = "800"}) +
+                      "[initial]\ntemperature = \"300 K\"\n[time]\nend = \"1 s\"\n");
     return std::ranges::count_if(m.cloud().notes,
                                  [](const std::string& note) { return note.find(" m apart") != note.npos; });
   };
