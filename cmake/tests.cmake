@@ -14,7 +14,7 @@ target_link_libraries(unit_tests PRIVATE calor_lib Eigen3::Eigen fmt::fmt GTest:
 # Compiled rather than run for long: what they test is optimised elsewhere.
 target_compile_options(unit_tests PRIVATE $<$<CONFIG:Release>:-O1>)
 target_precompile_headers(unit_tests PRIVATE tests/unit/case_models.hpp <gtest/gtest.h> <fmt/format.h> <numbers> <numeric>)
-# A process each costs 0.1 s to start MPI and PETSc, together 25 s on two cores, and names what fails. Found when ctest
+# A process each costs 0.2 s to start MPI and PETSc, together 100 s on two cores, and names what fails. Found when ctest
 # runs, because a build with sanitizers has to be told first that MPI leaks (./dev sanitize).
 gtest_discover_tests(unit_tests DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60)
 

@@ -58,7 +58,7 @@ abs, sign, floor, ceil, rint (to the nearest whole number), mod (periodic in its
 (of any number of arguments). `length`, `time` and `temperature` are the units of its variables (default m, s, K);
 `breaks` are the times at which it jumps: steps land on them. A formula without them is looked at 10,000 times over the
 run: its jumps, and where it begins to change after standing still or comes to rest, are found, if they last longer than
-that, and steps that calor chooses pass over a tenth of its range at most (explicit Euler over a twenty-fifth).
+that, and steps that calor chooses pass over an eighth of its range at most (explicit Euler over a twenty-fifth).
 
 A table goes by temperature or by time: `of` tells. Without it the unit `temperature` or `time` of its rows does; otherwise
 properties go by temperature and temperatures by time, and heat flows must tell. With `along` it goes by a coordinate x, y, z
