@@ -204,7 +204,7 @@ void CellSampler::beside_facet(int n, std::vector<Vec3>& out) const {
 
 std::array<Vec3, 3> CellSampler::ends_of_facet(int n) const {
   const Facet& facet = cloud_.facets[n];
-  const Vec3 middle = cloud_.x[facet.point] + wall_distance(cloud_, facet) * facet.normal;
+  const Vec3 middle = place_on_wall(cloud_, facet);
   const Vec3 along = {-facet.normal.y, facet.normal.x, 0};
   std::array<double, 2> reach = {};  // towards either side, half way to the neighbour there
   std::array<Vec3, 2> way = {-along, along};

@@ -82,7 +82,7 @@ Cracks::Surface Cracks::surface_at(const Vec3& place) const {
   for (int i = 0; i < cloud_.owned && cloud_.points_on_walls; ++i)
     if (!(cloud_.area[i] == Vec3{})) look_at(cloud_.x[i], cloud_.area[i], i);
   for (const Facet& f : cloud_.facets)
-    if (!cloud_.points_on_walls) look_at(cloud_.x[f.point] + wall_distance(cloud_, f) * f.normal, f.normal, f.point);
+    if (!cloud_.points_on_walls) look_at(place_on_wall(cloud_, f), f.normal, f.point);
   const double everywhere = min(cloud_.comm, nearest);
   if (nearest > everywhere) found.clear();  // of the ranks that have the nearest place
   const std::vector<double> s = sums(cloud_.comm, found, 6);

@@ -18,7 +18,7 @@ NearestCell::NearestCell(const Cloud& cloud, int i, std::span<const Facet> facet
                          double farthest)
     : cloud_(cloud), i_(i), x_(cloud.x[i]), d_(cloud.spacing[i]), farthest_(farthest), rivals_(rivals) {
   for (const Facet& facet : facets) {
-    const Plane plane{x_ + wall_distance(cloud, facet) * facet.normal, facet.normal};
+    const Plane plane{place_on_wall(cloud, facet), facet.normal};
     const bool reentrant = std::ranges::any_of(
         rivals, [&](const Rival& j) { return j.square < 4 * d_ * d_ && plane.has_outside(j.x, 0.25 * d_); });
     (reentrant ? walls_.reentrant : walls_.planes).push_back(plane);
