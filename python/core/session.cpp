@@ -5,9 +5,8 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
-#include <cstdlib>
-
 #include "base/petsc.hpp"
+#include "base/single_process.hpp"
 
 namespace py = pybind11;
 
@@ -15,13 +14,6 @@ namespace calor::python {
 namespace {
 
 bool has_started = false;
-
-/// Nobody has launched this process: Open MPI needs neither its helper process nor folders for several processes.
-void prepare_single_process() {
-  if (std::getenv("PMIX_RANK")) return;
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
-}
 
 void end_session() {
   if (!petsc::is_finalized()) PetscFinalize();
@@ -34,7 +26,7 @@ void start_session() {
   PetscBool is_running = PETSC_FALSE;
   PetscInitialized(&is_running);
   if (!is_running) {
-    prepare_single_process();
+    const SingleProcess alone;
     petsc::check(PetscInitializeNoArguments());
     petsc::check(PetscPopSignalHandler());  // signals are Python's
     py::module_::import("atexit").attr("register")(py::cpp_function(end_session));

@@ -30,6 +30,7 @@
 #include "app/verbs.hpp"
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
+#include "base/single_process.hpp"
 #include "base/terminal.hpp"
 #include "base/units.hpp"
 #include "output/checkpoint.hpp"
@@ -136,21 +137,15 @@ void require_open_files() {
     throw MachineLacks(fmt::format("fewer than {} more files may be open at once: see ulimit -n", needed));
 }
 
-/// A process that nobody has launched needs neither Open MPI's helper process, which takes time to start, nor its
-/// folders for several processes: runs that start at once trip over each other's.
-void start_alone() {
-  if (std::getenv("PMIX_RANK")) return;
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);
-  setenv("OMPI_MCA_orte_create_session_dirs", "0", 0);
-}
-
 /// Runs a verb under MPI and PETSc; PETSc's own handlers would print stacks over our messages.
 int under_petsc(char** argv, const std::function<int(MPI_Comm)>& verb) {
-  start_alone();
   is_starting = true;
   std::atexit(tell_of_failed_start);
   int no_arguments = 1;  // all words on the command line are calor's own; PETSc reads PETSC_OPTIONS
-  PetscCall(PetscInitialize(&no_arguments, &argv, nullptr, nullptr));
+  {
+    const SingleProcess alone;
+    PetscCall(PetscInitialize(&no_arguments, &argv, nullptr, nullptr));
+  }
   PetscCall(PetscPopSignalHandler());
   is_starting = false;
   petsc::collect_errors();

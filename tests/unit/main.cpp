@@ -4,6 +4,7 @@
 #include <cstdlib>
 
 #include "base/petsc.hpp"
+#include "base/single_process.hpp"
 
 #ifdef __SANITIZE_ADDRESS__
 #include <sanitizer/lsan_interface.h>
@@ -17,6 +18,7 @@ void start(int* argc, char*** argv) {
 #ifdef __SANITIZE_ADDRESS__
   const __lsan::ScopedDisabler unseen;
 #endif
+  const calor::SingleProcess alone;
   PetscInitialize(argc, argv, nullptr, nullptr);
 }
 
@@ -33,7 +35,6 @@ bool leaks() {
 int main(int argc, char** argv) {
   // Properties are tried on the same random inputs each time, unless told otherwise: RC_PARAMS="seed=7".
   setenv("RC_PARAMS", "seed=1", 0);
-  setenv("OMPI_MCA_ess_singleton_isolated", "1", 0);  // as the command: tests run side by side
   ::testing::InitGoogleTest(&argc, argv);
   start(&argc, &argv);
   calor::petsc::collect_errors();
