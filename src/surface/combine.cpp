@@ -25,8 +25,8 @@ double tolerance_of(const std::vector<const Surface*>& surfaces) {
   return surfaces.empty() ? 0 : 1e-9 * norm(high - low);
 }
 
-Piece whole(const Surface& surface, int facet) {
-  Piece piece{.corner = {}, .face = surface.facets[facet].face};
+FacetPiece whole(const Surface& surface, int facet) {
+  FacetPiece piece{.corner = {}, .face = surface.facets[facet].face};
   for (int n = 0; n < surface.dimension; ++n) piece.corner.push_back(surface.vertices[surface.facets[facet].vertex[n]]);
   return piece;
 }
@@ -39,9 +39,9 @@ struct Operand {
 };
 
 /// The pieces into which the other surfaces cut a facet.
-std::vector<Piece> pieces_of(const Surface& surface, int facet, const std::vector<const Operand*>& others,
-                             double tolerance) {
-  const Piece piece = whole(surface, facet);
+std::vector<FacetPiece> pieces_of(const Surface& surface, int facet, const std::vector<const Operand*>& others,
+                                  double tolerance) {
+  const FacetPiece piece = whole(surface, facet);
   Vec3 low = piece.corner[0], high = low;
   for (const Vec3& x : piece.corner)
     for (int a = 0; a < 3; ++a) low[a] = std::min(low[a], x[a]), high[a] = std::max(high[a], x[a]);
@@ -64,7 +64,7 @@ std::vector<Piece> pieces_of(const Surface& surface, int facet, const std::vecto
 /// Where a piece lies with respect to another solid: on its surface with the same or the opposite outside.
 enum class Place { outside, inside, on_same, on_opposite };
 
-Place place_of(const Piece& piece, const Operand& other, double tolerance) {
+Place place_of(const FacetPiece& piece, const Operand& other, double tolerance) {
   const Vec3 x = centroid(piece);
   const auto near = other.tree.closest(x, 2 * tolerance);
   if (!near) return other.tree.is_inside(x) ? Place::inside : Place::outside;
@@ -82,7 +82,7 @@ class Joiner {
     out_.dimension = dimension, out_.faces = std::move(faces);
   }
 
-  void add(Piece piece) { pieces_.push_back(std::move(piece)); }
+  void add(FacetPiece piece) { pieces_.push_back(std::move(piece)); }
   std::size_t count() const { return pieces_.size(); }
 
   /// `first`: how many facets the first pieces have, as many as were added before `count`.
@@ -100,14 +100,14 @@ class Joiner {
   void weld_corners() {
     double size = 0, edges = 0;
     std::size_t edge_count = 0;
-    for (const Piece& piece : pieces_)
+    for (const FacetPiece& piece : pieces_)
       for (std::size_t k = 0; k < piece.corner.size(); ++k, ++edge_count) {
         const Vec3& x = piece.corner[k];
         size = std::max({size, std::abs(x.x), std::abs(x.y), std::abs(x.z)});
         edges += norm(piece.corner[(k + 1) % piece.corner.size()] - x);
       }
     HashGrid grid(tolerance_, size);
-    for (const Piece& piece : pieces_) {
+    for (const FacetPiece& piece : pieces_) {
       std::vector<std::int32_t>& loop = loops_.emplace_back();
       for (const Vec3& x : piece.corner) {
         const std::int32_t vertex = grid.find_or_add(x);
@@ -199,7 +199,7 @@ class Joiner {
   }
 
   double tolerance_, cell_ = 1;
-  std::vector<Piece> pieces_;
+  std::vector<FacetPiece> pieces_;
   std::vector<std::vector<std::int32_t>> loops_;  // vertices of every piece
   std::unordered_map<std::uint64_t, std::vector<std::int32_t>> cells_;
   Surface out_;
@@ -224,13 +224,13 @@ Surface combined(const Surface& a, const Surface& b, Place keep_of_a, Place keep
   faces.add(a), faces.add(b);
   Joiner joiner(a.dimension, tolerance, faces.names.faces);
   for (int f = 0; f < static_cast<int>(a.facets.size()); ++f)
-    for (Piece& piece : pieces_of(a, f, {&of_b}, tolerance))
+    for (FacetPiece& piece : pieces_of(a, f, {&of_b}, tolerance))
       if (const Place place = place_of(piece, of_b, tolerance); place == keep_of_a || place == keep_too) {
         piece.face = faces.of[0][piece.face];
         joiner.add(std::move(piece));
       }
   for (int f = 0; f < static_cast<int>(b.facets.size()); ++f)
-    for (Piece& piece : pieces_of(b, f, {&of_a}, tolerance))
+    for (FacetPiece& piece : pieces_of(b, f, {&of_a}, tolerance))
       if (place_of(piece, of_a, tolerance) == keep_of_b) {
         if (turns_b) std::ranges::reverse(piece.corner);
         piece.face = faces.of[1][piece.face];
@@ -262,13 +262,13 @@ Assembly assemble(const std::vector<Surface>& solids) {
   }
   const double tolerance = tolerance_of(surfaces);
   Joiner joiner(solids[0].dimension, tolerance, faces.names.faces);
-  std::vector<Piece> interfaces;
+  std::vector<FacetPiece> interfaces;
   for (std::size_t s = 0; s < solids.size(); ++s) {
     std::vector<const Operand*> others;
     for (std::size_t q = 0; q < solids.size(); ++q)
       if (q != s) others.push_back(operands[q].get());
     for (int f = 0; f < static_cast<int>(solids[s].facets.size()); ++f)
-      for (Piece& piece : pieces_of(solids[s], f, others, tolerance)) {
+      for (FacetPiece& piece : pieces_of(solids[s], f, others, tolerance)) {
         std::size_t meets = solids.size();  // the solid on the other side
         for (std::size_t q = 0; q < solids.size() && meets == solids.size(); ++q)
           if (q != s && place_of(piece, *operands[q], tolerance) != Place::outside) meets = q;
@@ -280,7 +280,7 @@ Assembly assemble(const std::vector<Surface>& solids) {
       }
   }
   const std::size_t walls = joiner.count();
-  for (Piece& piece : interfaces) joiner.add(std::move(piece));
+  for (FacetPiece& piece : interfaces) joiner.add(std::move(piece));
   Assembly out;
   out.surface = joiner.join(walls, out.walls);
   return out;

@@ -7,7 +7,7 @@
 
 namespace calor {
 
-Vec3 centroid(const Piece& piece) {
+Vec3 centroid(const FacetPiece& piece) {
   Vec3 sum;
   for (const Vec3& x : piece.corner) sum += x;
   return (1.0 / static_cast<double>(piece.corner.size())) * sum;
@@ -24,8 +24,8 @@ namespace {
 
 /// Splits a polygon by the line through a segment in its plane, where the segment runs through it. `beside`: unit
 /// vector in the plane, across the segment. Appends what lies there, and leaves the rest.
-void split(Piece& piece, const Vec3& p, const Vec3& q, const Vec3& beside, const Vec3& normal, double tolerance,
-           std::vector<Piece>& out) {
+void split(FacetPiece& piece, const Vec3& p, const Vec3& q, const Vec3& beside, const Vec3& normal, double tolerance,
+           std::vector<FacetPiece>& out) {
   const std::size_t n = piece.corner.size();
   std::vector<double> height;
   double least = 0, most = 0;
@@ -49,7 +49,7 @@ void split(Piece& piece, const Vec3& p, const Vec3& q, const Vec3& beside, const
       end = std::min(end, crossing);
   }
   if ((end - begin) * norm(q - p) <= tolerance) return;
-  Piece here{.corner = {}, .face = piece.face}, there = here;
+  FacetPiece here{.corner = {}, .face = piece.face}, there = here;
   for (std::size_t k = 0; k < n; ++k) {
     const std::size_t next = (k + 1) % n;
     if (height[k] <= 0) here.corner.push_back(piece.corner[k]);
@@ -66,7 +66,7 @@ void split(Piece& piece, const Vec3& p, const Vec3& q, const Vec3& beside, const
 /// Cuts facets in space along those of another surface.
 class Cutter {
  public:
-  Cutter(const Piece& facet, double tolerance) : pieces_{facet}, tolerance_(tolerance) {
+  Cutter(const FacetPiece& facet, double tolerance) : pieces_{facet}, tolerance_(tolerance) {
     const Vec3 A = area(facet.corner);
     origin_ = facet.corner[0];
     normal_ = (1 / norm(A)) * A;
@@ -92,33 +92,35 @@ class Cutter {
     if (on.size() == 2) cut_along(on[0], on[1]);
   }
 
-  std::vector<Piece> take() { return std::move(pieces_); }
+  std::vector<FacetPiece> take() { return std::move(pieces_); }
 
  private:
   void cut_along(const Vec3& p, const Vec3& q) {
     const double length = norm(q - p);
     if (length <= tolerance_) return;
     const Vec3 beside = (1 / length) * cross(normal_, q - p);
-    std::vector<Piece> more;
-    for (Piece& piece : pieces_) split(piece, p, q, beside, normal_, tolerance_, more);
+    std::vector<FacetPiece> more;
+    for (FacetPiece& piece : pieces_) split(piece, p, q, beside, normal_, tolerance_, more);
     std::ranges::move(more, std::back_inserter(pieces_));
   }
 
-  std::vector<Piece> pieces_;
+  std::vector<FacetPiece> pieces_;
   double tolerance_;
   Vec3 origin_, normal_;
 };
 
 }  // namespace
 
-std::vector<Piece> cut_facet(const Piece& facet, const std::vector<std::array<Vec3, 3>>& others, double tolerance) {
+std::vector<FacetPiece> cut_facet(const FacetPiece& facet, const std::vector<std::array<Vec3, 3>>& others,
+                                  double tolerance) {
   if (others.empty() || norm(area(facet.corner)) == 0) return {facet};
   Cutter cutter(facet, tolerance);
   for (const auto& other : others) cutter.cut_by(other);
   return cutter.take();
 }
 
-std::vector<Piece> cut_segment(const Piece& facet, const std::vector<std::array<Vec3, 2>>& others, double tolerance) {
+std::vector<FacetPiece> cut_segment(const FacetPiece& facet, const std::vector<std::array<Vec3, 2>>& others,
+                                    double tolerance) {
   const Vec3 &a = facet.corner[0], ab = facet.corner[1] - a;
   const double length = norm(ab);
   const Vec3 along = (1 / length) * ab, beside{-along.y, along.x, 0};
@@ -131,7 +133,7 @@ std::vector<Piece> cut_segment(const Piece& facet, const std::vector<std::array<
       places.push_back(dot(along, c - a + high_c / (high_c - high_d) * (d - c)));
   }
   std::ranges::sort(places);
-  std::vector<Piece> pieces;
+  std::vector<FacetPiece> pieces;
   double from = 0;
   for (const double to : places) {
     if (to <= from + tolerance || to > length) continue;

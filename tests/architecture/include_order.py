@@ -1,6 +1,7 @@
 #!/usr/bin/env python3
 """Every room of src/ includes only from itself and from the rooms before it, in the order that docs/architecture.md
 gives, and no file includes itself over others; so there is no cycle of rooms either. Only rooms that show results log.
+No two classes outside of unnamed namespaces have one name, which would be two definitions of one class to the linker.
 The pages of docs/ name no file that is not there.
 
   include_order.py [ROOT]
@@ -45,6 +46,23 @@ def cycle(graph):
     return next(filter(None, map(visit, graph)), [])
 
 
+def classes_with_one_name(files):
+    """What the namespace calor has twice: './dev odr' would find it, but takes minutes."""
+    places = {}
+    for file, path in files.items():
+        is_unnamed = False
+        for number, line in enumerate(path.read_text().splitlines(), 1):
+            if line == "namespace {":
+                is_unnamed = True
+            elif line == "}  // namespace":
+                is_unnamed = False
+            elif not is_unnamed and (found := re.match(r"(?:class|struct|enum class) (\w+)(?: final)?(?: :(?!:).*| \{.*)$", line)):
+                places.setdefault(found[1], []).append(f"src/{file}:{number}")
+    for name, where in places.items():
+        if len(where) > 1:
+            yield f"{' and '.join(where)} define {name}"
+
+
 def paths_without_file():
     """What the pages name and the tree does not have."""
     for page in [*sorted((ROOT / "docs").glob("*.md")), ROOT / "README.md", ROOT / "CONTRIBUTING.md"]:
@@ -77,6 +95,7 @@ def main():
                 faults.append(f"src/{file}:{line}: {room} lies below {above} and must not include {other}")
     if ring := cycle(graph):
         faults.append("files that include one another: " + " -> ".join(ring))
+    faults += classes_with_one_name(files)
     faults += paths_without_file()
     for fault in faults:
         print(fault)
