@@ -174,6 +174,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
         fmt::format("restarted at t = {:.6g} s, after {} steps", state.t, stored->head.steps));
   } else {
     checkpoints.remove();
+    remove_earlier_results(comm, options.folder);
   }
   set_report_aside(comm, options.folder);
   for (const auto& observer : observers) observer->begin();

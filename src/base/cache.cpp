@@ -13,7 +13,9 @@
 #include <cstdio>
 #include <cstdlib>
 #include <numeric>
+#include <optional>
 #include <string_view>
+#include <utility>
 
 #include "base/error.hpp"
 #include "base/file.hpp"
@@ -47,9 +49,12 @@ struct Head {
   bool operator==(const Head&) const = default;
 };
 
-std::vector<std::uint64_t> lengths_of(const Cache::Arrays& arrays) {
+using Contents = std::vector<std::vector<double>>;
+using Views = std::vector<std::span<const double>>;
+
+std::vector<std::uint64_t> lengths_of(const Views& arrays) {
   std::vector<std::uint64_t> lengths;
-  for (const auto* array : arrays) lengths.push_back(array->size());
+  for (const auto& array : arrays) lengths.push_back(array.size());
   return lengths;
 }
 
@@ -59,37 +64,37 @@ std::uint64_t size_with(const std::vector<std::uint64_t>& lengths) {
          sizeof(double) * std::accumulate(lengths.begin(), lengths.end(), std::uint64_t{0});
 }
 
-Digest content_of(const Cache::Arrays& arrays) {
+Digest content_of(const Views& arrays) {
   const std::unique_ptr<XXH3_state_t, decltype(&XXH3_freeState)> state(XXH3_createState(), &XXH3_freeState);
   XXH3_128bits_reset(state.get());
   const std::vector<std::uint64_t> lengths = lengths_of(arrays);
   XXH3_128bits_update(state.get(), lengths.data(), lengths.size() * sizeof(std::uint64_t));
-  for (const auto* array : arrays) XXH3_128bits_update(state.get(), array->data(), array->size() * sizeof(double));
+  for (const auto& array : arrays) XXH3_128bits_update(state.get(), array.data(), array.size_bytes());
   const XXH128_hash_t hash = XXH3_128bits_digest(state.get());
   return {hash.low64, hash.high64};
 }
 
-/// Is the file whole, and what it should be? Then the arrays are those in it. Throws Error(file).
-bool read(const fs::path& path, const Digest& from, const Cache::Arrays& arrays) {
+/// The arrays of a file; nothing where it is not whole, or not what it should be. Throws Error(file).
+std::optional<Contents> read(const fs::path& path, const Digest& from, std::size_t count) {
   const File file(path, O_RDONLY);
   Head head;
-  std::vector<std::uint64_t> lengths(arrays.size());
+  std::vector<std::uint64_t> lengths(count);
   const std::size_t bytes = lengths.size() * sizeof(std::uint64_t);
-  if (file.read(&head, sizeof head, 0) < sizeof head) return false;
-  if (head != Head{.arrays = arrays.size(), .from = from, .content = head.content}) return false;
-  if (file.read(lengths.data(), bytes, sizeof head) < bytes) return false;
+  if (file.read(&head, sizeof head, 0) < sizeof head) return {};
+  if (head != Head{.arrays = count, .from = from, .content = head.content}) return {};
+  if (file.read(lengths.data(), bytes, sizeof head) < bytes) return {};
   const auto size = static_cast<std::uint64_t>(file.size());
-  if (std::ranges::any_of(lengths, [&](std::uint64_t n) { return n > size; }) || size_with(lengths) != size)
-    return false;
+  if (std::ranges::any_of(lengths, [&](std::uint64_t n) { return n > size; }) || size_with(lengths) != size) return {};
   auto at = static_cast<std::int64_t>(sizeof head + bytes);
-  auto length = lengths.begin();
-  for (auto* array : arrays) {
-    array->resize(*length++);
-    const std::size_t wanted = array->size() * sizeof(double);
-    if (file.read(array->data(), wanted, at) < wanted) return false;
+  Contents arrays;
+  for (const std::uint64_t length : lengths) {
+    std::vector<double>& array = arrays.emplace_back(length);
+    const std::size_t wanted = array.size() * sizeof(double);
+    if (file.read(array.data(), wanted, at) < wanted) return {};
     at += static_cast<std::int64_t>(wanted);
   }
-  return head.content == content_of(arrays);
+  if (head.content != content_of(Views(arrays.begin(), arrays.end()))) return {};
+  return arrays;
 }
 
 constexpr std::string_view suffix = ".kept";
@@ -122,7 +127,7 @@ void forget_oldest(const fs::path& folder) {
 }
 
 /// The file appears when it is complete and on the disk. Throws Error(file).
-void write(const fs::path& path, const Digest& from, const Cache::Arrays& arrays) {
+void write(const fs::path& path, const Digest& from, const Views& arrays) {
   const std::vector<std::uint64_t> lengths = lengths_of(arrays);
   if (size_with(lengths) > Cache::most_bytes)
     throw Error(Fault::file, SourceLocation{.file = path}, "more bytes than are kept in all", "leave keep out");
@@ -142,7 +147,7 @@ void write(const fs::path& path, const Digest& from, const Cache::Arrays& arrays
       at += static_cast<std::int64_t>(bytes);
     };
     append(lengths);
-    for (const auto* array : arrays) append(*array);
+    for (const auto& array : arrays) append(array);
     file.finish();
     if (std::rename(draft.c_str(), path.c_str()) != 0) refuse_file(path, errno);
   } catch (const Error&) {
@@ -197,16 +202,19 @@ void Cache::get(MPI_Comm comm, const std::string& what, Owner owner, const Finge
 
   std::error_code none;
   const bool exists = fs::exists(path, none);
-  bool is_read = false;
+  std::optional<Contents> kept;
   std::string problem = "is damaged";
   if (exists) {
     try {
-      is_read = read(path, key, arrays);
+      kept = read(path, key, arrays.size());
     } catch (const Error& e) {
       problem = e.problem();
     }
   }
-  if (!any(comm, !is_read)) {
+  // `make` may start from what the arrays hold, so they change where all ranks read alone.
+  if (!any(comm, !kept)) {
+    auto found = kept->begin();
+    for (auto* array : arrays) *array = std::move(*found++);
     fs::last_write_time(path, fs::file_time_type::clock::now(), none);  // it was of use
     notes_.push_back(fmt::format("{} read from {}", what, path.string()));
     return;
@@ -220,13 +228,16 @@ void Cache::get(MPI_Comm comm, const std::string& what, Owner owner, const Finge
   };
   note(
       [&] {
-        if (exists && !is_read) throw Error(Fault::file, SourceLocation{.file = path}, problem, "");
+        if (exists && !kept) throw Error(Fault::file, SourceLocation{.file = path}, problem, "");
       },
       "{0}: {1}, {2} made anew");
   make();
   note(
       [&] {
-        if (owner == Owner::rank || rank_of(comm) == 0) write(path, key, arrays);
+        if (owner != Owner::rank && rank_of(comm) != 0) return;
+        Views made;
+        for (const auto* array : arrays) made.emplace_back(*array);
+        write(path, key, made);
       },
       "{0}: {1}, {2} not kept");
 }

@@ -1,13 +1,20 @@
-// The lowest and the highest temperature of a run, with time and place.
+// The lowest and the highest temperature of a run, with time and place, and whether they can be.
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <spdlog/spdlog.h>
+
 #include <algorithm>
 #include <array>
 #include <functional>
 #include <limits>
+#include <utility>
 
 #include "base/archive.hpp"
 #include "base/parallel.hpp"
 #include "base/reduce.hpp"
 #include "output/observer.hpp"
+#include "output/temperature_unit.hpp"
+#include "solve/range_watch.hpp"
 
 namespace calor {
 namespace {
@@ -26,15 +33,26 @@ struct Candidate {
 
 class Extremes : public Observer {
  public:
-  explicit Extremes(const Cloud& cloud) : cloud_(cloud) {}
+  explicit Extremes(const RunSetup& run)
+      : system_(run.system), cloud_(run.system.cloud()), unit_(TemperatureUnit::of(run.description)) {
+    watch_.begin(system_, run.start);
+  }
 
   void record(const Moment& m) override {
+    const double t = m.state().t;
+    watch_.see(system_, std::exchange(t_recorded_, t), t);
+    const ValueRange given = system_.given_heat(t, m.u());
+    is_cooled_ = is_cooled_ || given.low < 0, is_heated_ = is_heated_ || given.high > 0;
     const std::span<const double> T = m.temperatures();
     const ValueRange range = range_of(T);
     see(range.low, 1, lowest_, m);
     see(range.high, -1, highest_, m);
   }
   void exchange(Archive& archive) override {
+    watch_.exchange(archive);
+    archive.value("temperatures were recorded at", t_recorded_);
+    archive.value("heat was taken", is_cooled_);
+    archive.value("heat was given", is_heated_);
     for (Candidate* best : {&lowest_, &highest_}) {
       *best = of_all(*best);
       std::array<double, 6> numbers{best->T, best->t, static_cast<double>(best->id), best->x.x, best->x.y, best->x.z};
@@ -48,6 +66,11 @@ class Extremes : public Observer {
   void finish(const Moment&, RunResult& result) override {
     result.lowest = extreme(lowest_, 1);
     result.highest = extreme(highest_, -1);
+    const ValueRange& data = watch_.range();
+    const double allowed = std::max(round_off * std::abs(result.highest.T),
+                                    part_of_span * std::max(result.highest.T - data.low, data.high - result.lowest.T));
+    if (!is_cooled_ && data.low - result.lowest.T > allowed) warn(result.lowest, data.low, "below", "takes heat out");
+    if (!is_heated_ && result.highest.T - data.high > allowed) warn(result.highest, data.high, "above", "heats it");
   }
 
  private:
@@ -69,12 +92,30 @@ class Extremes : public Observer {
     return e;
   }
 
+  void warn(const Extreme& e, double data, const char* side, const char* what) const {
+    if (rank_of(cloud_.comm) != 0) return;
+    spdlog::warn(
+        "a temperature of {:.6g} {} at ({:.4g}) m, {:.6g} s, is {:.3g} {} {} all of start, walls and "
+        "surroundings, though nothing else {}: the points are too far apart for what changes there, or take "
+        "a method whose weights are positive",
+        unit_.value(e.T), unit_.name(), fmt::join(e.x, ", "), e.t, unit_.difference(std::abs(e.T - data)),
+        unit_.difference_name(), side, what);
+  }
+
+  static constexpr double part_of_span = 2e-2;  // methods of second order overshoot a little where data jump
+  static constexpr double round_off = 1e-9;
+
+  HeatSystem& system_;
   const Cloud& cloud_;
-  Candidate lowest_, highest_;  ///< of this rank; the highest with the sign of T turned
+  TemperatureUnit unit_;
+  RangeWatch watch_;
+  double t_recorded_ = 0;
+  bool is_cooled_ = false, is_heated_ = false;  ///< by what draws to no ambient temperature
+  Candidate lowest_, highest_;                  ///< of this rank; the highest with the sign of T turned
 };
 
 }  // namespace
 
-std::unique_ptr<Observer> make_extremes(const RunSetup& run) { return std::make_unique<Extremes>(run.system.cloud()); }
+std::unique_ptr<Observer> make_extremes(const RunSetup& run) { return std::make_unique<Extremes>(run); }
 
 }  // namespace calor

@@ -91,6 +91,7 @@ class FieldWriter {
 struct FieldFormat {
   std::string name, sentence;
   std::unique_ptr<FieldWriter> (*make)(FieldSetup setup);
+  std::vector<std::string> files;  ///< as `remove_files` takes them
 };
 Registry<FieldFormat>& field_formats();
 

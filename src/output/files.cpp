@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fmt/chrono.h>
 #include <fmt/format.h>
+#include <fnmatch.h>
 #include <spdlog/sinks/basic_file_sink.h>
 #include <spdlog/sinks/ringbuffer_sink.h>
 #include <spdlog/spdlog.h>
@@ -47,6 +48,23 @@ void replace_file(const std::string& path, const std::string& text) {
   const bool is_written = std::fwrite(text.data(), 1, text.size(), file) == text.size();
   if (std::fclose(file) != 0 || !is_written || std::rename(draft.c_str(), path.c_str()) != 0)
     refuse_writing(path, errno);
+}
+
+void remove_files(MPI_Comm comm, const std::string& folder, const std::vector<std::string>& names) {
+  namespace fs = std::filesystem;
+  collective_try(comm, [&] {
+    if (rank_of(comm) != 0 || folder.empty()) return;
+    std::vector<fs::path> found;
+    std::error_code none;
+    for (const fs::path name : names)
+      for (const auto& entry : fs::directory_iterator(fs::path(folder) / name.parent_path(), none))
+        if (fnmatch(name.filename().c_str(), entry.path().filename().c_str(), 0) == 0) found.push_back(entry.path());
+    for (const fs::path& file : found) {
+      std::error_code error;
+      if (!fs::is_directory(file, none)) fs::remove(file, error);
+      if (error) refuse_writing(file, error.value());
+    }
+  });
 }
 
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 #include <utility>
+#include <vector>
 
 namespace calor {
 
@@ -22,6 +23,10 @@ void make_folder(MPI_Comm comm, const std::string& folder);
 
 /// Writes a file that appears, or replaces the old one, only when it is complete. Throws Error(file). Not collective.
 void replace_file(const std::string& path, const std::string& text);
+
+/// Removes files of a folder, where there are any. Names are relative to it; their last part may be a pattern of the
+/// shell. Throws Error(file). Collective.
+void remove_files(MPI_Comm comm, const std::string& folder, const std::vector<std::string>& names);
 
 /// Writes one file from rows of all ranks, rank after rank; `rows` writes those of its rank.
 /// Throws Error(file) on all ranks. Collective.

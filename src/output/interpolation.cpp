@@ -102,11 +102,16 @@ std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const
       segments.push_back({p, c.x, tag, c.tag, std::max(1, static_cast<int>(long_as))});
     }
     const Parts::Pieces pieces = parts->along(segments);
+    std::vector<Vec3> x;
+    std::vector<int> tags;
+    for (const Candidate& c : near) x.push_back(c.x), tags.push_back(c.tag);
+    const std::vector<int> own = parts->at(x, tags);
     for (View& view : views) {
       std::size_t n = 0;
       std::erase_if(view.points, [&](const Candidate&) {
         double begin = 0;
-        bool hidden = false;
+        // A point on a contact has the temperature of the side that it belongs to.
+        bool hidden = own[n] != view.part && parts->contact(own[n], view.part);
         for (auto q = pieces.row[n]; q < pieces.row[n + 1]; ++q) {
           const auto& [part, end] = pieces.piece[q];
           hidden = hidden || (end - begin > 1e-6 && part != view.part);

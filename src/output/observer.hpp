@@ -88,6 +88,7 @@ struct ObserverKind {
   void (*declare)(Schema& schema) = nullptr;  ///< its own keys
   /// Null where a run has no use for it. Refuses what the case asks of it and cannot have. Collective; throws Error.
   std::function<std::unique_ptr<Observer>(const RunSetup& run)> make;
+  std::vector<std::string> files = {};  ///< what it writes into the folder of results, as `remove_files` takes it
 };
 /// In the order in which they look.
 Registry<ObserverKind>& observers();
@@ -98,6 +99,9 @@ void declare_output(Schema& schema);
 using Observers = std::vector<std::unique_ptr<Observer>>;
 /// All observers of a run; those that give the verdicts come last. Collective; throws Error.
 Observers make_observers(const RunSetup& run);
+/// Removes what an earlier run has left in the folder of results, so that nothing of it is taken for a result of this
+/// run: all files of the observers. Throws Error(file). Collective.
+void remove_earlier_results(MPI_Comm comm, const std::string& folder);
 
 // The observers, each in its own file.
 std::unique_ptr<Observer> make_progress(const RunSetup& run);

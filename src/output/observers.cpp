@@ -1,4 +1,8 @@
+#include <algorithm>
+#include <iterator>
+
 #include "output/field_writer.hpp"
+#include "output/files.hpp"
 #include "output/observer.hpp"
 
 namespace calor {
@@ -7,15 +11,21 @@ Registry<ObserverKind>& observers() {
   // The weld looks before those that show its results.
   static Registry<ObserverKind> all{
       {.name = "progress", .sentence = "a line on the terminal", .make = make_progress},
-      {.name = "weld", .sentence = "peaks, cooling times and extents of the melt", .make = make_weld_log},
-      {.name = "energy", .sentence = "the heat stored and exchanged", .make = make_energy_log},
-      {.name = "balance", .sentence = "heat flows, and temperatures of materials and faces", .make = make_balance_log},
-      {.name = "stress", .sentence = "thermal stress", .make = make_stress_log},
-      {.name = "probes", .sentence = "temperatures at the probes", .make = make_probe_log},
+      {.name = "weld",
+       .sentence = "peaks, cooling times and extents of the melt",
+       .make = make_weld_log,
+       .files = {"weld.csv", "cooling.csv"}},
+      {.name = "energy", .sentence = "the heat stored and exchanged", .make = make_energy_log, .files = {"energy.csv"}},
+      {.name = "balance",
+       .sentence = "heat flows, and temperatures of materials and faces",
+       .make = make_balance_log,
+       .files = {"balance.csv"}},
+      {.name = "stress", .sentence = "thermal stress", .make = make_stress_log, .files = {"stress.csv", "section.csv"}},
+      {.name = "probes", .sentence = "temperatures at the probes", .make = make_probe_log, .files = {"probes.csv"}},
       {.name = "extremes", .sentence = "the lowest and the highest temperature", .make = make_extremes},
       {.name = "fields", .sentence = "fields for ParaView", .make = make_fields},
       {.name = "steady", .sentence = "ends a run that changes no more", .make = make_steady_stop},
-      {.name = "final", .sentence = "all temperatures at the end", .make = make_final_state},
+      {.name = "final", .sentence = "all temperatures at the end", .make = make_final_state, .files = {"final.csv"}},
       {.name = "range",
        .sentence = "warns outside the range of a material of the library",
        .make = make_library_range}};
@@ -28,6 +38,13 @@ Observers make_observers(const RunSetup& run) {
     if (auto observer = kind.make(run)) all.push_back(std::move(observer));
   all.push_back(make_expectations(run));
   return all;
+}
+
+void remove_earlier_results(MPI_Comm comm, const std::string& folder) {
+  std::vector<std::string> files = {"expect-*.csv", "derivatives.csv"};  // of observers that are no entries
+  for (const ObserverKind& kind : observers()) std::ranges::copy(kind.files, std::back_inserter(files));
+  for (const FieldFormat& format : field_formats()) std::ranges::copy(format.files, std::back_inserter(files));
+  remove_files(comm, folder, files);
 }
 
 void declare_output(Schema& schema) {

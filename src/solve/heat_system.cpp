@@ -33,24 +33,29 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       at_(evaluation()),
       accounts_(conditions_.accounts),
       role_(cloud.owned, Role::free) {
-  for (const SurfaceTerm& term : conditions_.fluxes)
-    if (term.is_plate || cloud.points_on_walls) exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
+  const auto draws_to_ambient = [](const SurfaceTerm& term) { return term.flux->draws_to_ambient(); };
+  const bool all_draw = std::ranges::all_of(conditions_.fluxes, draws_to_ambient);
+  for (const SurfaceTerm& term : conditions_.fluxes) {
+    if (!term.is_plate && !cloud.points_on_walls) continue;
+    exchange_.push_back(std::make_unique<SurfaceFluxTerm>(term));
+    if (!draws_to_ambient(term)) given_.push_back(exchange_.back().get());
+  }
   if (!cloud.points_on_walls) {
     auto walls = std::make_unique<WallFluxes>(cloud, material(), conditions_.fluxes, discretisation_.wall_layers.get());
     wall_fluxes_ = walls.get();
     exchange_.push_back(std::move(walls));
+    if (!all_draw) given_.push_back(wall_fluxes_);
   }
   for (const auto& source : sources_) {
     exchange_.push_back(std::make_unique<SourceTerm>(*source, static_cast<int>(accounts_.size())));
     accounts_.push_back(source->name);
+    given_.push_back(exchange_.back().get());
   }
   terms_.push_back(discretisation_.conduction.get());
   for (const auto& term : discretisation_.walls) terms_.push_back(term.get());
   for (const auto& term : exchange_) terms_.push_back(term.get());
 
-  keeps_range_ =
-      discretisation_.weights_are_positive && sources_.empty() &&
-      std::ranges::all_of(conditions_.fluxes, [](const auto& term) { return term.flux->draws_to_ambient(); });
+  keeps_range_ = discretisation_.weights_are_positive && sources_.empty() && all_draw;
   for (int i = 0; i < cloud.owned; ++i) per_volume_.push_back(1 / cloud.volume[i]);
   std::vector<double> is_known(cloud.local());  // doubles, as the halo carries them
   for (const auto& constraint : discretisation_.constraints) {
@@ -328,6 +333,19 @@ ValueRange HeatSystem::body_temperatures(std::span<double> u) {
   if (!discretisation_.dofs->are_temperatures()) cloud_.halo.update(u);
   at_->begin(0, u);
   const ValueRange range = range_of(at_->T());
+  return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
+}
+
+ValueRange HeatSystem::given_heat(double t, std::span<double> u) {
+  if (given_.empty()) return {.low = 0, .high = 0};
+  cloud_.halo.update(u);
+  std::vector<double> F(cloud_.owned), power(accounts_.size());
+  for (HeatTerm* term : given_) term->prepare(t);
+  at_->begin(t, u);
+  collective_try(cloud_.comm, [&] {
+    for (HeatTerm* term : given_) term->add_rate(*at_, F, power);
+  });
+  const ValueRange range = range_of(F);
   return {.low = min(cloud_.comm, range.low), .high = max(cloud_.comm, range.high)};
 }
 

@@ -170,6 +170,9 @@ class HeatSystem {
   /// The same of body, walls and ambients; ghosts of u up to date. Collective.
   ValueRange temperature_extremes(double t, std::span<const double> u);
   double temperature_span(double t, std::span<const double> u) { return temperature_extremes(t, u).span(); }
+  /// Least and most heat that a point gets from sources and surfaces which draw to no ambient temperature, W; 0 without
+  /// any. Updates the ghosts of u. Collective.
+  ValueRange given_heat(double t, std::span<double> u);
   /// Does no temperature leave the range of start, walls and ambients? So it is without sources and prescribed fluxes
   /// where the weights are positive.
   bool keeps_range() const { return keeps_range_; }
@@ -210,6 +213,7 @@ class HeatSystem {
   std::vector<std::unique_ptr<Source>> sources_;
   Discretisation discretisation_;
   std::vector<std::unique_ptr<HeatTerm>> exchange_;  ///< surface fluxes, sources
+  std::vector<HeatTerm*> given_;                     ///< those of exchange_ that draw to no ambient temperature
   WallFluxes* wall_fluxes_ = nullptr;                ///< one of these, on clouds without points on the walls
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
   std::optional<Evaluation> at_;

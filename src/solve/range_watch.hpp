@@ -20,7 +20,8 @@ class RangeWatch {
 
   void exchange(Archive& archive);
 
-  double span() const { return range_.span(); }
+  /// Of start, walls and surroundings so far, K.
+  const ValueRange& range() const { return range_; }
   /// Largest distance of the temperatures of the points from where they can be, K; updates the ghosts of u. Collective.
   double excess(HeatSystem& system, std::span<double> u) const;
   /// Throws Error(numbers) that names the point farthest out where that is more than `allowed`, K; updates the ghosts

@@ -273,7 +273,7 @@ SteadyReport solve_steady(const Case& c, HeatSystem& system, State& state) {
                                 result.iterations, imbalance, imbalance / result.residual),
                     "start nearer to the solution ([initial]), or march towards it ([time] with steady_below); there "
                     "may be none, if sources grow with the temperature");
-      watch.require(system, std::nullopt, state.T, part_of_span * watch.span());
+      watch.require(system, std::nullopt, state.T, part_of_span * watch.range().span());
     } catch (const Error&) {
       return std::current_exception();
     }

@@ -116,7 +116,7 @@ Stepper::Step Stepper::equal_step(const SmoothInterval& interval) const {
 
 double Stepper::allowed_excess() const {
   constexpr double part_of_span = 1e-2;  // methods of second order overshoot a little where data jump
-  return std::max(part_of_span * watch_.span(), 10 * options_.tolerance.value_or(0));
+  return std::max(part_of_span * watch_.range().span(), 10 * options_.tolerance.value_or(0));
 }
 
 bool Stepper::leaves_range(HeatSystem& system, double t, double t_new, std::span<double> u) {

@@ -327,6 +327,38 @@ class Contract(unittest.TestCase):
         self.assertTrue(json.loads((result / "report.earlier.json").read_text())["passed"])  # kept, but not for this run
         self.assertIn("the conductivity of 'steel' is -", (result / "run.log").read_text())
 
+    def test_nothing_of_an_earlier_run_in_the_folder_passes_for_a_result(self):
+        self.calor("new", "plate")
+        self.calor("new", "weld")
+        own = self.here / "there/fields/notes.txt"  # no file of a run
+        self.calor("run", "weld.toml", "output.format=xdmf", "-o", "there")
+        own.write_text("mine")
+        self.calor("run", "plate.toml", "-o", "there")
+        self.calor("run", "plate.toml", "-o", "new")
+        files = {str(path.relative_to(self.here / "there")) for path in (self.here / "there").rglob("*") if path.is_file()}
+        fresh = {str(path.relative_to(self.here / "new")) for path in (self.here / "new").rglob("*") if path.is_file()}
+        self.assertEqual(files - fresh, {"fields/notes.txt"})
+
+    def test_temperatures_that_nothing_explains_are_told(self):
+        # A source whose path crosses a hole, on points as far apart as it is wide.
+        (self.here / "ring.toml").write_text("""
+title = "A source across a hole"
+method = "mlpg"
+cloud = { shape = "surface", spacing = "2 mm", part = [{ shape = "annulus", inner = "5 mm", outer = "20 mm" }] }
+material.steel = { conductivity = "40 W/(m K)", density = "7850 kg/m^3", specific_heat = "470 J/(kg K)" }
+initial.temperature = "20 degC"
+[source.arc]
+power = "1 kW"
+line = {}
+pass = [{ from = ["-15 mm", "2.5 mm"], to = ["12 mm", "-7.5 mm"], speed = "24 mm/s" }]
+[time]
+end = "1 s"
+""")
+        said = self.calor("run", "ring.toml").stderr
+        self.assertRegex(said, r"a temperature of 2\d\d.* K at .* is \d+(\.\d+)? K below all of start, walls and surroundings, though nothing else takes heat out")
+        self.assertNotIn("above all", said)
+        self.assertNotIn("below all", self.calor("run", "ring.toml", "method=sph").stderr)
+
     def interrupt(self, *words, number, code):
         """Starts a long run with a terminal for its errors, interrupts it once the progress line shows."""
         self.calor("new", "plate")
