@@ -6,6 +6,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <regex>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
@@ -46,10 +47,12 @@ ut_system* units() {
   return system.get();
 }
 
-/// Does it say more than a unit? udunits2 takes 'K @ 5' and 'K from 5' for a unit with another origin, 'K 5' for one
-/// five times as large.
+/// Does it say more than a unit? udunits2 takes 'K @ 5' and 'K from 5' for a unit with another origin, 'K 5' and
+/// 'K^2.5' for ones five times as large.
 bool says_more(const std::string& name) {
   if (name.find('@') != name.npos) return true;
+  static const std::regex broken_power(R"([A-Za-z^][-+]?[0-9]*\.[0-9])");
+  if (std::regex_search(name, broken_power)) return true;
   std::istringstream words(name);
   for (std::string word; words >> word;) {
     for (const char* origin : {"from", "since", "after", "ref"})

@@ -194,6 +194,31 @@ bool comes_through_surface(const Case& c) {
          std::ranges::any_of(boundaries, [](const auto& child) { return child.second.has("flux"); });
 }
 
+/// Largest factor by which the conductivity of a place changes within a tenth of the temperatures that the case brings
+/// in; where the body is heated, which may lead far beyond them, within 20 K at least. Collective.
+double steepest_conductivity(const Case& c, const Cloud& cloud, const MaterialField& material) {
+  if (!material.conductivity_depends_on_T()) return 1;
+  const bool heated = has_sources_inside(c) || comes_through_surface(c);
+  const auto& [low, high, reference] = material.expected_range();
+  const double window = std::max((high - low) / 10, heated ? 20.0 : 0.0), end = high + (heated ? 1500 : 0);
+  constexpr int per_window = 4, most_places = 64;
+  const std::size_t places = std::min(cloud.owned, most_places);
+  std::vector<std::vector<double>> k;  // at the last temperatures
+  double steepest = 1;
+  try {
+    for (int n = 0; window > 0 && low + n * window / per_window <= end; ++n) {
+      const std::vector<double> T(places, low + n * window / per_window);
+      material.conductivity(0, T, k.emplace_back(places), {});
+      if (k.size() > per_window + 1) k.erase(k.begin());
+      for (const std::vector<double>& before : k)
+        for (std::size_t i = 0; i < places; ++i)
+          steepest = std::max(steepest, std::max(before[i], k.back()[i]) / std::min(before[i], k.back()[i]));
+    }
+  } catch (const Error&) {  // the law ends there
+  }
+  return max(cloud.comm, steepest);
+}
+
 /// Is the averaged flux asked for, or the default?
 bool averages(const Case& c, const Cloud& cloud, const MaterialField& material) {
   const Table table = c.section("mlpg");
@@ -255,9 +280,12 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
     o.anisotropy = *anisotropy;
     if (asked.empty()) o.flux = MlpgFlux::edge_stabilised;
   }
-  // T^h of parameters has no kinks: the edge of a source comes out blurred over a spacing or so.
-  if (table.keys().empty() && cloud.lattice && !c.root().has("time") && has_sources_inside(c))
-    o.flux = MlpgFlux::edge_stabilised;
+  // T^h of parameters has no kinks: the edge of a source comes out blurred over a spacing or so, and temperatures about
+  // which the conductivity changes much are passed too far away.
+  constexpr double steep = 1.5;
+  const double steepest = steepest_conductivity(c, cloud, material);
+  const bool has_kinks = (cloud.lattice && !c.root().has("time") && has_sources_inside(c)) || steepest > steep;
+  if (table.keys().empty() && has_kinks) o.flux = MlpgFlux::edge_stabilised;
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.
   if (!table.has("capacity") && material.capacity_depends_on_T() && o.subdomain == MlpgSubdomain::tiles)
     o.capacity = MlpgCapacity::one_point;
@@ -274,6 +302,11 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   if (o.flux == MlpgFlux::edge_stabilised) return nodal_discretisation(cloud, conditions, std::move(scheme.conduction));
   auto notes = check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
   Discretisation discretisation = parameter_discretisation(cloud, conditions, std::move(scheme));
+  if (steepest > steep)
+    notes.push_back(
+        fmt::format("{}: the conductivity changes by a factor of {:.3g} within a tenth of the range of temperatures; "
+                    "those of parameters have no kinks, and may err much there: take flux = \"edge-stabilised\"",
+                    table.location("").text(), steepest));
   discretisation.notes = std::move(notes);
   return discretisation;
 }
@@ -302,7 +335,8 @@ void declare_mlpg(Schema& schema) {
             "",
             optional,
             "Unknowns and flux: \"parameters\" of the moving least squares (default in one and two dimensions for a "
-            "body of one part, but for steady states with sources on lattices), or \"edge-stabilised\" from the "
+            "body of one part, but for steady states with sources on lattices and conductivities that change by more "
+            "than a factor of 1.5 within a tenth of the range of temperatures), or \"edge-stabilised\" from the "
             "temperatures of the points (default in three, and for "
             "layers, regions and cracks, which conduct in series; never seen unstable), or the latter \"averaged\" "
             "over "

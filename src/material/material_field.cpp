@@ -273,6 +273,8 @@ void MaterialField::volume_fraction(const std::string& ingredient, std::span<dou
   });
 }
 
+const TemperatureRange& MaterialField::expected_range() const { return impl_->range; }
+
 void MaterialField::conductivity(double t, std::span<const double> T, std::span<double> k,
                                  std::span<double> dk_dT) const {
   const Impl& p = *impl_;

@@ -43,6 +43,7 @@ class MaterialField {
   const Anisotropy* anisotropy(int part) const;
   bool is_isotropic() const;
   bool conductivity_depends_on_T() const;
+  const TemperatureRange& expected_range() const;
   bool conductivity_depends_on_time() const;
   bool capacity_depends_on_T() const;
   /// Are density and specific heat known everywhere? A steady case does without: rho c then counts as 1 J/(m^3 K).

@@ -52,6 +52,11 @@ TEST(Units, ThatAreUnknownOrOfAnotherDimensionAreNamed) {
             "'Wat' is not a unit; units look like 'W/(m K)', 'J/(kg K)', 'mm' or 'degC'");
   EXPECT_EQ(refusal([] { to_si(1, "mm", "W/(m K)"); }), "'mm' cannot be converted to 'W/(m K)'");
   EXPECT_EQ(refusal([] { to_si(1, "", "W/(m K)"); }), "the unit is missing; one like 'W/(m K)' is needed");
+  // A point is a product: these would be W/m^2 and m, times five.
+  for (const char* unit : {"W/m^2.5", "m.5", "W/(m2.5 K)", "m^-1.5"})
+    EXPECT_EQ(refusal([&] { to_si(1, unit, "W/m^2"); }),
+              std::string("'") + unit + "' is not a unit; units look like 'W/(m K)', 'J/(kg K)', 'mm' or 'degC'");
+  EXPECT_DOUBLE_EQ(to_si(1, "W/(m2.K)", "W/(m^2 K)"), 1);
   EXPECT_EQ(refusal([] { to_si(1, "mm", ""); }), "'mm' is a unit, but a number without unit is needed");
   EXPECT_EQ(refusal([] { difference_to_si(1, "mm", "K"); }), "'mm' cannot be converted to 'K'");
 }
