@@ -17,7 +17,8 @@ from . import quantities, refine
 from .case import Case
 from .certify import METHODS, check_methods
 from .command import CalorError, CaseError, side_by_side, together
-from .result import Result
+from .interfaces import evaluated, interfaces
+from .result import Array, Fields, Result
 
 FACTORS = (1, 1.5, 2)
 WHOLE_FACTORS = (1, 2, 3)  # where places of points are listed
@@ -30,15 +31,15 @@ ROUND_OFF = 1e-10          # of that span
 
 @dataclass
 class Solution:
-    """Formulas in x, y, z, t, K: of the whole body, and of every layer, smooth beyond it, where there are several."""
+    """Formulas in x, y, z, t, K: of the whole body, and of every part, smooth beyond it, where there are several."""
 
     whole: str
-    layers: list[str]
+    parts: list[str]
     span: float  # K
 
     def keys(self) -> dict[str, Any]:
         """As [twin] has them."""
-        as_value = [{"temperature": {"formula": formula, "unit": "K"}} for formula in self.layers]
+        as_value = [{"temperature": {"formula": formula, "unit": "K"}} for formula in self.parts]
         return {"temperature": {"formula": self.whole, "unit": "K"}, **({"part": as_value} if as_value else {})}
 
 
@@ -76,26 +77,78 @@ def waves_across(layers: Sequence[Layer], axis: str, begin: float) -> list[tuple
     return waves
 
 
-def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
-    """Within the temperatures of a result. `end` of the run, s; 0 of a steady case."""
+def parts_of(case: Mapping[str, Any]) -> int:
+    """How many parts the body has: its layers, or what no region takes, and its regions."""
+    body = case.get("body", {})
+    rest = 1 if "material" in body or not body.get("region") else 0
+    return len(body.get("layer", [])) + len(body.get("region", [])) + (0 if body.get("layer") else rest)
+
+
+def scale(result: Result) -> tuple[float, float]:
+    """The middle of the temperatures of a result and their span, K."""
     low, high = (result.report["temperatures"][name]["T"] for name in ("lowest", "highest"))
-    span = max(high - low, 1.0)
+    return (low + high) / 2, max(high - low, 1.0)
+
+
+def wave_along(n: int, fields: Fields) -> str:
+    """One wave over the extent of the body along its n-th axis."""
+    rate = WAVES[n] / np.ptp(fields.x[:, n])
+    return f"cos({rate:.9g}*{'xyz'[n]} + {PHASES[n] - rate * fields.x[:, n].min():.9g})"
+
+
+def in_time(end: float) -> list[str]:
+    return [f"(1 + 0.4*sin({3 / end:.9g}*t))/1.4"] if end else []
+
+
+def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
+    """Of one part, or of layers, within the temperatures of a result. `end` of the run, s; 0 of a steady case."""
+    middle, span = scale(result)
     fields = result.fields()
     layers = layers_of(case)
     across = case["body"]["along"] if layers else ""
-    waves, of_layers = [], [("", math.inf)]
-    for n, axis in enumerate("xyz"[:fields.dimension]):
-        begin, extent = fields.x[:, n].min(), np.ptp(fields.x[:, n])
-        if axis == across:
-            of_layers = waves_across(layers, axis, begin)
-        else:
-            waves.append(f"cos({WAVES[n] / extent:.9g}*{axis} + {PHASES[n] - WAVES[n] / extent * begin:.9g})")
-    in_time = [f"(1 + 0.4*sin({3 / end:.9g}*t))/1.4"] if end else []
-    formulas = [f"{(low + high) / 2:.9g} + " + "*".join([f"{SWING * span:.9g}", *([wave] if wave else []), *waves, *in_time]) for wave, _ in of_layers]
+    waves = [wave_along(n, fields) for n in range(fields.dimension) if "xyz"[n] != across]
+    of_layers = waves_across(layers, across, fields.x[:, "xyz".index(across)].min()) if layers else [("", math.inf)]
+    formulas = [f"{middle:.9g} + " + "*".join([f"{SWING * span:.9g}", *([wave] if wave else []), *waves, *in_time(end)]) for wave, _ in of_layers]
     whole = formulas[-1]
     for formula, (_, plane) in zip(formulas[-2::-1], of_layers[-2::-1]):
         whole = f"{across} <= {plane:.15g} ? {formula} : ({whole})"
     return Solution(whole, formulas if layers else [], span)
+
+
+def conductivities(fields: Fields, is_on_interface: Array) -> dict[int, float]:
+    """Of every part with points, W/(m K); on interfaces those of several are mixed. `fields`: of one temperature everywhere. Raises CaseError where it differs by place."""
+    found = {}
+    for part in np.unique(fields["part"]):
+        k = fields["conductivity"][~is_on_interface & (fields["part"] == part)]
+        if not k.size or k.max() > (1 + 1e-5) * k.min():  # of single precision
+            raise CaseError(f"the twin of a body of several parts takes one conductivity in each, at one temperature: that of {fields.called['part'][part]} depends on place, "
+                            "or all of its points lie where it meets others")
+        found[int(part)] = float(np.median(k))
+    return found
+
+
+def solution_of_parts(base: Case, case: Mapping[str, Any], result: Result, end: float) -> Solution:
+    """Of several parts of any shape. T = T_0 + Psi/k with a smooth Psi that is 0 where parts meet, and k of the part at T_0:
+    there T is T_0, and the flux -grad Psi, on both sides. Runs a moment of the case at T_0. Raises CalorError."""
+    body = case["body"]
+    if body.get("contact") or any("contact" in part for part in [*body.get("layer", []), *body.get("region", [])]):
+        raise CaseError("the twin of a body of several parts has no contacts but between layers of constant conductivity: leave them out, or write [twin] and [[twin.part]] by hand")
+    middle, span = scale(result)
+    meeting = interfaces(case, result.fields())
+    moment: dict[str, Any] = {"time.end": f"{1e-6 * end:.6g} s", "output.times": ["0 s"]} if end else {}
+    uniform = Solution(f"{middle:.9g}", [f"{middle:.9g}"] * parts_of(case), span)
+    fields = base.changed({**moment, "expect": [], "output.fields": True, "twin": uniform.keys()}).run(result.folder.parent / "uniform", show_progress=False).fields()
+    k = conductivities(fields, meeting.is_on)
+    factors, psi = [], np.ones(len(fields.x))
+    for formula in [*meeting.sides.formulas(), *(wave_along(n, fields) for n in range(fields.dimension))]:
+        value = evaluated(formula, fields.x)
+        assert value is not None
+        factors.append(f"({formula})/{np.abs(value).max():.9g}")
+        psi *= value / np.abs(value).max()
+    of_points = np.array([k[part] for part in fields["part"]])
+    amplitude = SWING * span / np.abs(psi / of_points).max()
+    parts = [f"{middle:.9g} + " + "*".join([f"{amplitude / k.get(part, math.inf):.9g}", *factors, *in_time(end)]) for part in range(parts_of(case))]
+    return Solution(meeting.sides.choose(parts), parts, span)
 
 
 @dataclass
@@ -138,7 +191,8 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     end = 0.0 if is_steady else quantities.in_unit(written["time"]["end"], "s")
     levels: Sequence[float] = factors if factors is not None else (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refine.check_factors(levels, 2)
-    known = solution(written, base.changed({"output.fields": True}).run(into / "case", show_progress=False), end)
+    ran = base.changed({"output.fields": True}).run(into / "case", show_progress=False)
+    known = solution(written, ran, end) if parts_of(written) == 1 or layers_of(written) else solution_of_parts(base, written, ran, end)
     formula, span = known.whole, known.span
     say(f"T = {formula} K")
     replaced: dict[str, Any] = {"twin": known.keys(), "output.fields": False,

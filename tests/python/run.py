@@ -32,7 +32,7 @@ except ImportError as missing:
 
 matplotlib.use("Agg")
 
-from calor import (CalorError, Case, CaseError, CommandError, FileError, NumbersError, Result, certify, command, convergence, fit,  # noqa: E402
+from calor import (CalorError, Case, CaseError, CommandError, FileError, NumbersError, Result, certify, command, convergence, fit, interfaces,  # noqa: E402
                    optimise, plot, quantities, refine, sobol, stress, study, toml, twin)  # noqa: E402
 
 if len(sys.argv) > 1:
@@ -848,8 +848,54 @@ class Twins(unittest.TestCase):
             self.assertGreater(one.order, 1.8, one)
         case["material"]["n"]["conductivity"] = {"formula": "0.5 + 1e-5*(T - 300)", "unit": "W/(m K)"}
         pathlib.Path("wall.toml").write_text(toml.write(case))
-        with self.assertRaisesRegex(CalorError, "0 solutions for 2 parts"):
+        with self.assertRaisesRegex(CaseError, "no contacts"):
             twin.twin("wall.toml")
+        del case["body"]["layer"][1]["contact"]
+        pathlib.Path("wall.toml").write_text(toml.write(case))
+        self.assertGreater(twin.twin("wall.toml", methods=["sph"], factors=[1, 3, 5]).of_methods[0].order, 1.8)
+
+    def test_regions_have_one_that_is_level_where_they_meet(self):
+        case = {"title": "Regions", "method": "sph", "cloud": {"shape": "box", "size": ["100 mm", "60 mm"], "points": [15, 9]},
+                "material": {"a": {"conductivity": {"table": [[200, 2], [500, 4]], "unit": "W/(m K)"}}, "b": {"conductivity": {"formula": "20 - 0.01*T", "unit": "W/(m K)"}}},
+                "body": {"material": "a", "region": [{"material": "b", "length": "mm", "where": "(x^2 + y^2 < 900 && y > x - 20) || x > X"}]}, "parameter": {"X": 70},
+                "boundary": {"hot": {"on": "xmin", "temperature": "400 K"}, "air": {"on": ["xmax", "ymax"], "convection": {"h": "50 W/(m^2 K)", "ambient": "300 K"}}},
+                "steady": {}}
+        pathlib.Path("regions.toml").write_text(toml.write(case))
+        found = twin.twin("regions.toml", methods=["sph", "peridynamics"])
+        for one in found.of_methods:
+            self.assertGreater(one.order, 1.6, one)
+            self.assertLess(one.errors[-1], 2e-3 * found.span)
+        case["material"]["a"]["conductivity"] = {"formula": "2 + x", "unit": "W/(m K)"}
+        pathlib.Path("regions.toml").write_text(toml.write(case))
+        with self.assertRaisesRegex(CaseError, "that of a depends on place"):
+            twin.twin("regions.toml")
+
+    def test_parts_of_a_body_by_its_surface_have_one(self):
+        for name in ("tube-in-tube", "two-layer-sphere"):
+            found = twin.twin(ROOT / f"cases/body/{name}.toml", name, methods=["sph"])
+            self.assertGreater(found.of_methods[0].order, 1.7, found.table())
+        with self.assertRaisesRegex(CaseError, "written by hand"):
+            twin.twin(ROOT / "cases/mesh/two-materials.toml", "mesh")
+
+
+class Interfaces(unittest.TestCase):
+    def test_conditions_turn_where_their_comparisons_are_0(self):
+        for condition, formulas in {"x < 0.1 && (y >= z + 1 || (x > 2*y))": ["x - 0.1", "y - (z + 1)", "x - (2*y)"], "abs(x - 1) < 2": ["(x - 1) - 2", "(x - 1) + 2"],
+                                    "r < 3": ["r^2 - 3^2"], "(x + 1)*(y + 2) < 3": ["((x + 1)*(y + 2)) - 3"], "x < 1 ? y < 2 : 1": ["x - 1", "y - 2"]}.items():
+            self.assertEqual(list(interfaces.compared(condition)), formulas, condition)
+
+    def test_faces_of_a_shape_are_turned_and_moved_with_it(self):
+        # A box of 2 m x 1 m x 3 m, turned by 90 degrees about z and moved to (1, 0, 0): x from 0 to 1 m, y from 0 to 2 m.
+        part = {"shape": "box", "size": ["2 m", "1 m", "3 m"], "turn": ["0 deg", "0 deg", "90 deg"], "at": ["1 m", "0 m", "0 m"]}
+        faces = list(interfaces.of_shapes({"cloud": {"part": [part]}}, 3))
+        on_face = np.array([[0.3, 0, 1], [0.3, 2, 1], [1, 0.4, 1], [0, 0.4, 1], [0.3, 0.4, 0], [0.3, 0.4, 3]])
+        np.testing.assert_allclose(np.diag([interfaces.evaluated(face, on_face) for face in faces]), 0, atol=1e-12)
+
+    def test_nothing_but_arithmetic_is_carried_out(self):
+        x = np.ones((2, 3))
+        for formula in ("__import__('os')", "x.shape", "(lambda: 1)()", "depth - 1", "[x]"):
+            self.assertIsNone(interfaces.evaluated(formula, x), formula)
+        np.testing.assert_allclose(interfaces.evaluated("2*x^2 + sqrt(4) - 1e-1", x), 3.9)
 
 
 class Optima(unittest.TestCase):
