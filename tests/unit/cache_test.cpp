@@ -85,8 +85,8 @@ TEST(CacheParallel, MakesAnewWhereTheFileOfOneRankIsDamagedOrGone) {
   const std::string good = read_file(file);
   MPI_Barrier(MPI_COMM_WORLD);
   std::vector<std::string> damaged = {good.substr(0, good.size() - 1), good + "0", "", "not of this kind"};
-  for (const std::size_t byte :
-       {std::size_t{0}, std::size_t{17}, std::size_t{30}, std::size_t{45}, std::size_t{58}, good.size() - 17, good.size() - 1}) {
+  for (const std::size_t byte : {std::size_t{0}, std::size_t{17}, std::size_t{30}, std::size_t{45}, std::size_t{58},
+                                 good.size() - 17, good.size() - 1}) {
     damaged.push_back(good);
     damaged.back()[byte] ^= 1;
   }
