@@ -27,7 +27,7 @@ void DerivativeLog::exchange(Archive& archive) {
 }
 
 void DerivativeLog::add(double t, const Parameter& p, const std::vector<double>& derivatives) {
-  rows_ += fmt::format("{},{}", t, p.name());
+  rows_ += fmt::format("{},{}", t, csv_field(p.name()));
   for (const double value : derivatives) rows_ += fmt::format(",{}", value);
   rows_ += '\n';
 }
@@ -35,7 +35,7 @@ void DerivativeLog::add(double t, const Parameter& p, const std::vector<double>&
 void DerivativeLog::finish(const Moment&, RunResult&) {
   if (run_.folder.empty()) return;
   std::string header = "time [s],number";
-  for (const std::string& reading : readings_.headings()) header += "," + reading;
+  for (const std::string& reading : readings_.headings()) header += "," + csv_field(reading);
   write_in_turns(run_.comm(), run_.folder + "/derivatives.csv", header, [&](std::FILE* file) {
     if (rank_of(run_.comm()) == 0) fmt::print(file, "{}", rows_);
   });

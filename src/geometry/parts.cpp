@@ -115,7 +115,9 @@ void Parts::read_region(const Case& c, const Table& table) {
     region.tag = static_cast<int>(tag - cloud_.tags.begin());
     for (std::size_t i = 0; i < in.size(); ++i) in[i] = cloud_.tag[i] == region.tag;
   }
-  if (!any(cloud_.comm, std::ranges::count(in, 1) > 0))
+  // A solid may lie between the points.
+  const bool is_solid = region.tag >= 0 && knows_solids();
+  if (!is_solid && !any(cloud_.comm, std::ranges::count(in, 1) > 0))
     table.refuse(table.has("where") ? "where" : "tag", "the region holds no point",
                  "change the selection, or leave the region out");
   regions_.push_back(std::move(region));

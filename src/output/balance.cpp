@@ -155,10 +155,11 @@ class BalanceLog : public Observer {
     int account = 0;
     for (const std::string& name : balance_.accounts()) {
       const bool is_boundary = account++ < run.system.boundary_accounts();
-      header += fmt::format(",heat flow {} {} [W]", is_boundary ? "through" : "from", name);
+      header += "," + csv_field(fmt::format("heat flow {} {} [W]", is_boundary ? "through" : "from", name));
     }
     for (const Balance::Zone& zone : balance_.zones())
-      for (const char* what : {"mean", "minimum", "maximum"}) header += fmt::format(",{} of {} [K]", what, zone.name);
+      for (const char* what : {"mean", "minimum", "maximum"})
+        header += "," + csv_field(fmt::format("{} of {} [K]", what, zone.name));
     if (!run.folder.empty()) log_ = CsvLog(run.comm(), run.folder + "/balance.csv", header);
   }
 

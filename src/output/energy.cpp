@@ -19,8 +19,10 @@ EnergyLog::EnergyLog(HeatSystem& system, std::vector<double> start_E, const std:
   int account = 0;
   for (const std::string& name : system_.accounts()) {
     const bool is_boundary = account++ < system_.boundary_accounts();
-    header += fmt::format(",{} {} [J]", is_boundary ? "through" : "from", name);
-    if (!is_boundary) powers += fmt::format(",asked of {0} [W],deposited by {0} [W]", name);
+    header += "," + csv_field(fmt::format("{} {} [J]", is_boundary ? "through" : "from", name));
+    if (is_boundary) continue;
+    for (const char* what : {"asked of", "deposited by"})
+      powers += "," + csv_field(fmt::format("{} {} [W]", what, name));
   }
   log_ = CsvLog(comm_, folder + "/energy.csv", header + powers + ",imbalance");
 }

@@ -67,6 +67,13 @@ void remove_files(MPI_Comm comm, const std::string& folder, const std::vector<st
   });
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == text.npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? "\"\"" : std::string(1, c);
+  return quoted + '"';
+}
+
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,
                     const std::function<void(std::FILE*)>& rows) {
   const bool is_first = rank_of(comm) == 0;

@@ -28,6 +28,9 @@ void replace_file(const std::string& path, const std::string& text);
 /// shell. Throws Error(file). Collective.
 void remove_files(MPI_Comm comm, const std::string& folder, const std::vector<std::string>& names);
 
+/// A field of a CSV file: in quotes where it holds a comma, a quote or the end of a line (RFC 4180).
+std::string csv_field(const std::string& text);
+
 /// Writes one file from rows of all ranks, rank after rank; `rows` writes those of its rank.
 /// Throws Error(file) on all ranks. Collective.
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,

@@ -234,7 +234,7 @@ class WeldLog : public Observer {
     if (run.folder.empty()) return;
     std::string header = weld_.theory(0) ? "time [s],average [K],theory [K]" : "time [s],average [K]";
     for (const Extent& extent : weld_.extents())
-      header += fmt::format(",{0} [m],{0} from [m],{0} to [m]", extent.name());
+      for (const char* what : {"", " from", " to"}) header += "," + csv_field(extent.name() + what + " [m]");
     log_ = CsvLog(run.comm(), run.folder + "/weld.csv", header);
   }
 

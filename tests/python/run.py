@@ -91,6 +91,12 @@ class Package(unittest.TestCase):
         self.assertGreater(result.probes["hot"][-1], result.probes["cold"][-1])
         self.assertEqual(result.probes["time"][-1], 1200)
 
+    def test_names_with_commas_and_quotes_are_columns(self):
+        result = Case({**PLATE, "source": {'a, "b"': {"power": "1 W"}}}).run()
+        self.assertEqual(set(result.balance['heat flow from a, "b"']), {1.0})
+        self.assertAlmostEqual(result.energy['from a, "b"'][-1], 1200)
+        self.assertEqual(set(result.energy['asked of a, "b"']), {1.0})
+
     def test_a_file_is_changed_by_keywords_and_dotted_keys(self):
         pathlib.Path("plate.toml").write_text(toml.write(PLATE))
         case = Case("plate.toml", {"cloud.points": [5, 3], "boundary": {"heater": {"flux": "0 W/m^2"}}}, method="mlpg")
