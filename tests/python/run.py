@@ -93,9 +93,9 @@ class Package(unittest.TestCase):
 
     def test_names_with_commas_and_quotes_are_columns(self):
         result = Case({**PLATE, "source": {'a, "b"': {"power": "1 W"}}}).run()
-        self.assertEqual(set(result.balance['heat flow from a, "b"']), {1.0})
+        self.assertAlmostEqual(result.balance['heat flow from a, "b"'][-1], 1)
         self.assertAlmostEqual(result.energy['from a, "b"'][-1], 1200)
-        self.assertEqual(set(result.energy['asked of a, "b"']), {1.0})
+        self.assertAlmostEqual(result.energy['asked of a, "b"'][-1], 1)
 
     def test_a_file_is_changed_by_keywords_and_dotted_keys(self):
         pathlib.Path("plate.toml").write_text(toml.write(PLATE))
