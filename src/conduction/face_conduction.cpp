@@ -165,11 +165,13 @@ void FaceConduction::add_row_sums(const Conductivity& k, std::span<double> sums)
   add_jacobian({.mean = k.mean, .k = k.k, .dk_dT = {}, .theta = {}}, {}, entries);
 }
 
-void FaceConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
+void FaceConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<const int> points,
+                               std::span<Vec3> q) const {
   // q_i = M_i^-1 sum of (flow out of cell i) y with M_i = sum y (x) area, y from the point half way to its neighbour
   // (or to the face): exact for linear T.
   const int D = cloud_.dimension;
-  for (int i = 0; i < cloud_.owned; ++i) {
+  for (std::size_t p = 0; p < points.size(); ++p) {
+    const int i = points[p];
     Eigen::Matrix3d M = Eigen::Matrix3d::Identity();
     M.topLeftCorner(D, D).setZero();
     Eigen::Vector3d b = Eigen::Vector3d::Zero();
@@ -185,7 +187,7 @@ void FaceConduction::heat_flux(const Conductivity& k, std::span<const double> T,
       }
     }
     const Eigen::Vector3d v = M.partialPivLu().solve(b);
-    q[i] = {v[0], v[1], v[2]};
+    q[p] = {v[0], v[1], v[2]};
   }
 }
 

@@ -31,7 +31,8 @@ class FaceConduction final : public Conduction {
   void add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const override;
   void add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const override;
   void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
-  void heat_flux(const Conductivity& k, std::span<const double> u, std::span<Vec3> q) const override;
+  void heat_flux(const Conductivity& k, std::span<const double> u, std::span<const int> points,
+                 std::span<Vec3> q) const override;
   using Conduction::add_jacobian, Conduction::add_rate, Conduction::add_row_sums, Conduction::heat_flux;
   std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
   Traits traits() const override { return {.is_symmetric = two_point_}; }

@@ -66,8 +66,9 @@ class Conduction : public HeatTerm {
   virtual void add_rate(const Conductivity& k, std::span<const double> u, std::span<double> F) const = 0;
   virtual void add_jacobian(const Conductivity& k, std::span<const double> u, JacobianEntries& J) const = 0;
   virtual void add_row_sums(const Conductivity& k, std::span<double> sums) const = 0;
-  /// Heat flux vector at the owned points, W/m^2; exact for linear temperatures.
-  virtual void heat_flux(const Conductivity& k, std::span<const double> u, std::span<Vec3> q) const = 0;
+  /// Heat flux vector at owned `points`, W/m^2; exact for linear temperatures.
+  virtual void heat_flux(const Conductivity& k, std::span<const double> u, std::span<const int> points,
+                         std::span<Vec3> q) const = 0;
   /// Points that couple to owned point i (without i), by conduction, capacity or value: the sparsity of the Jacobian.
   /// `buffer` is room for them where they are not kept in this form.
   virtual std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const = 0;
@@ -89,8 +90,8 @@ class Conduction : public HeatTerm {
   void add_product(Evaluation& at, std::span<const double> v, std::span<double> F) const {
     with_conductivity(at, Purpose::jacobian, [&](const Conductivity& k) { add_product(k, at.u(), v, F); });
   }
-  void heat_flux(Evaluation& at, std::span<Vec3> q) const {
-    with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { heat_flux(k, at.u(), q); });
+  void heat_flux(Evaluation& at, std::span<const int> points, std::span<Vec3> q) const {
+    with_conductivity(at, Purpose::rate, [&](const Conductivity& k) { heat_flux(k, at.u(), points, q); });
   }
 
  private:

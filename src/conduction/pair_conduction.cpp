@@ -103,7 +103,8 @@ void PairConduction::add_row_sums(const Conductivity& k, std::span<double> sums)
   series_.add_row_sums(k, sums);
 }
 
-void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const {
+void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T, std::span<const int> points,
+                               std::span<Vec3> q) const {
   // q_i = -R M_i^-1 sum_j G_ij kbar_ij (T_j - T_i) x_ji with M_i = sum_j G_ij x_ji (x) x_ji: exact for linear T on any
   // cloud. It is built from the pair fluxes, not from k_i grad T, so it does not jump where k does. Where every part
   // has an R of its own, M_i is made of the weights without it instead.
@@ -115,7 +116,8 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
   }
   PairRows::Row row;
   with_flux(k, T, [&](const auto& flux) {
-    for (std::int32_t i = 0; i < cloud_.owned; ++i) {
+    for (std::size_t p = 0; p < points.size(); ++p) {
+      const std::int32_t i = points[p];
       rows_.read(i, row);
       Symmetric3 M = ends() ? M_crossing[i] : Symmetric3{};
       Vec3 b = ends() ? b_crossing[i] : Vec3{};
@@ -126,7 +128,7 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
         M.add(R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], x), x);
         b += G * pair_flux(flux, i, j) * x;
       }
-      q[i] = -(R_ * (pseudo_inverse(M) * b));  // zero in directions without neighbours
+      q[p] = -(R_ * (pseudo_inverse(M) * b));  // zero in directions without neighbours
     }
   });
 }

@@ -25,7 +25,8 @@ class PairConduction final : public Conduction {
   void add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const override;
   void add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const override;
   void add_row_sums(const Conductivity& k, std::span<double> sums) const override;
-  void heat_flux(const Conductivity& k, std::span<const double> T, std::span<Vec3> q) const override;
+  void heat_flux(const Conductivity& k, std::span<const double> T, std::span<const int> points,
+                 std::span<Vec3> q) const override;
   bool multiplies() const override { return true; }
   void add_product(const Conductivity& k, std::span<const double> T, std::span<const double> v,
                    std::span<double> F) const override;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/archive.hpp"
@@ -32,6 +33,7 @@ HeatSystem::HeatSystem(const Cloud& cloud, Discretisation discretisation, std::v
       discretisation_(std::move(discretisation)),
       at_(evaluation()),
       accounts_(conditions_.accounts),
+      corners_(cloud, conditions_.temperatures),
       role_(cloud.owned, Role::free) {
   const auto draws_to_ambient = [](const SurfaceTerm& term) { return term.flux->draws_to_ambient(); };
   const bool all_draw = std::ranges::all_of(conditions_.fluxes, draws_to_ambient);
@@ -158,6 +160,8 @@ std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {
       }
     }
   });
+  const std::vector<double> shifted = shifted_at_corners(t, u);
+  for (std::size_t account = 0; account < power.size(); ++account) power[account] += shifted[account];
   return sums(cloud_.comm, power, static_cast<int>(power.size()));
 }
 
@@ -265,7 +269,20 @@ void HeatSystem::heat_flux(double t, std::span<double> u, std::span<Vec3> q) {
   cloud_.halo.update(u);
   std::ranges::fill(q, Vec3{});
   at_->begin(t, u);
-  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(*at_, q); });
+  std::vector<int> points(cloud_.owned);
+  std::iota(points.begin(), points.end(), 0);
+  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(*at_, points, q); });
+}
+
+std::vector<double> HeatSystem::shifted_at_corners(double t, std::span<double> u) {
+  std::vector<double> power(accounts_.size());
+  if (!corners_.exist()) return power;
+  cloud_.halo.update(u);
+  at_->begin(t, u);
+  std::vector<Vec3> q(corners_.points().size());
+  collective_try(cloud_.comm, [&] { discretisation_.conduction->heat_flux(*at_, corners_.points(), q); });
+  corners_.shift(q, power);
+  return power;
 }
 
 std::vector<HeatSystem::SourcePower> HeatSystem::source_powers(double t, std::span<const double> T) {

@@ -14,6 +14,7 @@
 #include "cloud/cloud.hpp"
 #include "conduction/discretisation.hpp"
 #include "material/material_field.hpp"
+#include "solve/wall_corners.hpp"
 #include "source/source.hpp"
 
 namespace calor {
@@ -71,6 +72,10 @@ class HeatSystem {
   /// Heat flow into the body by every account, W, with what prescribed temperatures take to hold. Updates the ghosts of
   /// u. Collective.
   std::vector<double> heat_flows(double t, std::span<double> u);
+
+  /// What WallCorners::shift adds to the power by account, W, this rank's share. Updates the ghosts of u. Collective.
+  std::vector<double> shifted_at_corners(double t, std::span<double> u);
+  bool has_corners() const { return corners_.exist(); }
 
   // Enthalpies of the owned points, J, and the heat capacity of their cells, J/K. Ghosts of u up to date. Collective.
   void energy(std::span<const double> u, std::span<double> E);
@@ -218,6 +223,7 @@ class HeatSystem {
   std::vector<HeatTerm*> terms_;                     ///< conduction, walls, exchange
   std::optional<Evaluation> at_;
   std::vector<std::string> accounts_;
+  WallCorners corners_;
   std::vector<Role> role_;      ///< of owned points
   std::vector<char> is_known_;  ///< of local points: its degree of freedom
   std::vector<int> prescribed_;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "base/archive.hpp"
@@ -61,6 +62,7 @@ void Stepper::advance(HeatSystem& system, State& state, double t_end, const Afte
 }
 
 void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
+  if (has_begun_ && shifted_.empty()) shifted_ = system.shifted_at_corners(state.t, state.T);  // as it was stored
   if (const auto begin = std::exchange(stored_begin_, std::nullopt)) {
     interval_.emplace(system.changes(), *begin, t_end);
     return;
@@ -76,15 +78,25 @@ void Stepper::enter_next(HeatSystem& system, State& state, double t_end) {
     system.impose(t, state.T, state.E, state.cumulative_heat);
   }
   enter(system, state, *interval_, fresh);
+  if (interval_->begins_at_break()) shifted_.clear();
 }
 
 void Stepper::accept(HeatSystem& system, State& state, double dt) {
   system.require_finite(state.t, state.T);
   watch_.see(system, state.t - dt, state.t);
   watch_.require(system, state.t, state.T, allowed_excess());
+  book_corners(system, state, dt);
   counts.smallest_step = counts.steps == 0 ? dt : std::min(counts.smallest_step, dt);
   counts.largest_step = std::max(counts.largest_step, dt);
   ++counts.steps;
+}
+
+void Stepper::book_corners(HeatSystem& system, State& state, double dt) {
+  if (!system.has_corners()) return;
+  const std::vector<double> before = std::exchange(shifted_, system.shifted_at_corners(state.t, state.T));
+  for (std::size_t account = 0; account < shifted_.size(); ++account)
+    state.cumulative_heat[account] +=
+        dt * std::midpoint(before.empty() ? shifted_[account] : before[account], shifted_[account]);
 }
 
 void Stepper::exchange(Archive& archive, HeatSystem& system) {

@@ -77,6 +77,8 @@ class Stepper : public Integrator {
   void enter_next(HeatSystem& system, State& state, double t_end);
   /// Books a step and checks the state. Throws Error(numbers) where temperatures are not finite or cannot be.
   void accept(HeatSystem& system, State& state, double dt);
+  /// Books the heat of a step to the walls where they meet.
+  void book_corners(HeatSystem& system, State& state, double dt);
   /// How far out of the range of data temperatures may be, K.
   double allowed_excess() const;
 
@@ -86,6 +88,7 @@ class Stepper : public Integrator {
   bool has_begun_ = false;
   RangeWatch watch_;
   double largest_span_ = 0;
+  std::vector<double> shifted_;  ///< at corners at the end of the last step, W; empty where data have jumped since
 };
 
 /// Throws Error(numbers) where a step from t does not move the time.

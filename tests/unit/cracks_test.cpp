@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <limits>
+#include <numeric>
 
 #include "base/parallel.hpp"
 #include "conduction/correction.hpp"
@@ -324,7 +325,9 @@ TEST(Cracks, InContactLetTheTemperatureJumpByTheFluxOverTheConductance) {
     for (int i = 0; i < cloud.owned; ++i) EXPECT_NEAR(T[i], exact[i], 1e-11);
     // The flux across it is the same everywhere.
     std::vector<Vec3> q(cloud.owned);
-    pairs.heat_flux(Unit(cloud, pairs).at(), T, q);
+    std::vector<int> all(cloud.owned);
+    std::iota(all.begin(), all.end(), 0);
+    pairs.heat_flux(Unit(cloud, pairs).at(), T, all, q);
     for (const Vec3& v : q) EXPECT_NEAR(norm(v + normal), 0, 1e-10);
     // Its Jacobian is the derivative of its rate.
     SparseJacobian J;

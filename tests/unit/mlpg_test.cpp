@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "base/parallel.hpp"
 #include "conduction/quadrature.hpp"
@@ -79,8 +80,10 @@ TEST(Mlpg, ReproducesLinearTemperaturesAndTheirFlux) {
     EXPECT_LE(largest / (7 * std::pow(0.1, cloud.dimension - 1) * cloud.cross_section), 1e-11);
     const std::vector<double> k = everywhere(cloud, *s.scheme.conduction, 50);
     std::vector<Vec3> q(cloud.owned);
+    std::vector<int> all(cloud.owned);
+    std::iota(all.begin(), all.end(), 0);
     s.scheme.conduction->heat_flux({.k = k, .dk_dT = {}, .theta = {}},
-                                   {linear.data(), static_cast<std::size_t>(linear.size())}, q);
+                                   {linear.data(), static_cast<std::size_t>(linear.size())}, all, q);
     for (const Vec3& flux : q) EXPECT_LE(norm(flux + 50 * slope), 1e-8);
   });
 }
