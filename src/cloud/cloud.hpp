@@ -35,8 +35,12 @@ class Halo {
   void update(std::span<Vec3> values, CallSite at = CallSite::current()) const;
   /// Sets every point and its ghosts to the largest value that any rank has for it. Collective.
   void raise(std::span<double> values, CallSite at = CallSite::current()) const;
+  /// Sets every point and its ghosts to the sum of the values that all ranks have for it. Collective.
+  void add_up(std::span<double> values, CallSite at = CallSite::current()) const;
 
  private:
+  void reduce(std::span<double> values, MPI_Op operation, CallSite at) const;
+
   int owned_ = 0;
   std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
 };

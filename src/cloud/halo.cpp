@@ -52,11 +52,14 @@ void Halo::update(std::span<Vec3> values, CallSite at) const {
   MPI_Type_free(&vector);
 }
 
-void Halo::raise(std::span<double> values, CallSite at) const {
+void Halo::raise(std::span<double> values, CallSite at) const { reduce(values, MPI_MAX, at); }
+void Halo::add_up(std::span<double> values, CallSite at) const { reduce(values, MPI_SUM, at); }
+
+void Halo::reduce(std::span<double> values, MPI_Op operation, CallSite at) const {
   if (!forest_) return;
   check_collective(comm_of(forest_.get()), at);
-  petsc::check(PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
-  petsc::check(PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), MPI_MAX));
+  petsc::check(PetscSFReduceBegin(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), operation));
+  petsc::check(PetscSFReduceEnd(forest_.get(), MPIU_REAL, values.data() + owned_, values.data(), operation));
   update(values, at);
 }
 

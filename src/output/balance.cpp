@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <limits>
 
 #include "base/parallel.hpp"
 #include "base/reduce.hpp"
@@ -20,31 +21,55 @@ Balance::Balance(HeatSystem& system) : system_(system) {
 }
 
 void Balance::keep(Zone zone) {
-  if (any(system_.cloud().comm, !zone.point.empty())) zones_.push_back(std::move(zone));
+  MPI_Comm comm = system_.cloud().comm;
+  if (!any(comm, zone.inside > 0)) zone.inside = zone.point.size();
+  if (any(comm, !zone.point.empty())) zones_.push_back(std::move(zone));
 }
 
 void Balance::add_materials() {
   const Cloud& cloud = system_.cloud();
   const Parts& parts = system_.material().parts();
-  const std::vector<PlacesOfPart>& shares = system_.material().cell_shares();
+  const std::vector<PlacesOfPart>& in_cells = system_.material().cell_shares();
+  std::vector<PlacesOfPart> at_points;
+  collective_try(cloud.comm, [&] { at_points = parts.shares(cloud.x, cloud.tag, cloud.spacing); });
   for (int part = 0; part < parts.count(); ++part) {
     Zone zone{.name = parts[part].material};
     if (std::ranges::count(zones_, zone.name, &Zone::name)) continue;
-    std::vector<double> share(cloud.owned);  // layers of one material are one
-    std::vector<char> belongs(cloud.owned);
-    for (int p = part; p < parts.count(); ++p) {
+    std::vector<char> lies_in(cloud.local());
+    std::vector<double> share(cloud.owned), volume(cloud.local());
+    for (int p = part; p < parts.count(); ++p) {  // layers of one material are one
       if (parts[p].material != zone.name) continue;
-      for (std::size_t n = 0; n < shares[p].place.size(); ++n)
-        if (const int point = shares[p].place[n]; point < cloud.owned)
-          share[point] += shares[p].share[n], belongs[point] = 1;
+      for (const int point : at_points[p].place) lies_in[point] = 1;
+      for (std::size_t n = 0; n < in_cells[p].place.size(); ++n)
+        if (const int point = in_cells[p].place[n]; point < cloud.owned) share[point] += in_cells[p].share[n];
     }
-    for (int point = 0; point < cloud.owned; ++point) {
-      if (!belongs[point]) continue;
-      zone.point.push_back(point);
-      zone.weight.push_back(share[point] * cloud.volume[point]);
+    // A slice in the cell of a point beyond the interface is as warm as the material next to it.
+    for (int i = 0; i < cloud.owned; ++i)
+      if (share[i] > 0) volume[next_in(lies_in, i)] += share[i] * cloud.volume[i];
+    cloud.halo.add_up(volume);
+    for (const bool inside : {true, false}) {
+      for (int i = 0; i < cloud.owned; ++i) {
+        if ((lies_in[i] != 0) != inside || !(inside || volume[i] > 0)) continue;
+        zone.point.push_back(i);
+        zone.weight.push_back(volume[i]);
+      }
+      if (inside) zone.inside = zone.point.size();
     }
     keep(std::move(zone));
   }
+}
+
+int Balance::next_in(const std::vector<char>& lies_in, int i) const {
+  if (lies_in[i]) return i;
+  const Cloud& cloud = system_.cloud();
+  int next = i;
+  double nearest = std::numeric_limits<double>::infinity();
+  std::vector<std::int32_t> buffer;
+  for (const std::int32_t j : system_.discretisation().conduction->coupled(i, buffer)) {
+    const double distance = norm(cloud.x[j] - cloud.x[i]);
+    if (lies_in[j] && distance < nearest) nearest = distance, next = j;
+  }
+  return next;
 }
 
 void Balance::add_body() {
@@ -54,7 +79,7 @@ void Balance::add_body() {
     body.point.insert(body.point.end(), material.point.begin(), material.point.end());
     body.weight.insert(body.weight.end(), material.weight.begin(), material.weight.end());
   }
-  zones_.push_back(std::move(body));
+  keep(std::move(body));
 }
 
 void Balance::add_sections() {
@@ -118,7 +143,7 @@ Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) c
   MPI_Comm comm = system_.cloud().comm;
   std::vector<double> values(zone.point.size());
   for (std::size_t n = 0; n < values.size(); ++n) values[n] = T[zone.point[n]];
-  const ValueRange range = range_of(values);
+  const ValueRange range = range_of(std::span(values).first(zone.inside));
   const double low = min(comm, range.low), high = max(comm, range.high);
   for (std::size_t n = 0; n < values.size(); ++n) values[n] *= zone.weight[n];
   const double total = sum(comm, values);

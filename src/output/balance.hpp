@@ -12,12 +12,14 @@ namespace calor {
 
 class Balance {
  public:
-  /// Points of a material, weighted by their volume, or of a face, weighted by their area on it.
+  /// Points of a material, weighted by their volume, or of a face, weighted by their area on it. A material that lies
+  /// between the points has those next to it.
   struct Zone {
     std::string name;
     std::vector<int> point = {};      ///< index into Balance::temperatures
     std::vector<double> weight = {};  ///< m^3 or m^2
     double whole = 0;                 ///< weight of all points, on all ranks
+    std::size_t inside = 0;           ///< so many of the points count for extremes; 0: all, or none on this rank
   };
   /// Temperatures of a zone, K.
   struct Summary {
@@ -46,6 +48,8 @@ class Balance {
 
  private:
   void add_materials();
+  /// The point next to owned point i, of those that it couples to, that lies in a material; i itself where none does.
+  int next_in(const std::vector<char>& lies_in, int i) const;
   void add_body();
   void add_sections();
   void add_faces();

@@ -36,6 +36,7 @@ class Extremes : public Observer {
   explicit Extremes(const RunSetup& run)
       : system_(run.system), cloud_(run.system.cloud()), unit_(TemperatureUnit::of(run.description)) {
     watch_.begin(system_, run.start);
+    lowest_at_start_ = watch_.range().low;
   }
 
   void record(const Moment& m) override {
@@ -69,6 +70,7 @@ class Extremes : public Observer {
     const ValueRange& data = watch_.range();
     const double allowed = std::max(round_off * std::abs(result.highest.T),
                                     part_of_span * std::max(result.highest.T - data.low, data.high - result.lowest.T));
+    if (lowest_at_start_ > 0 && result.lowest.T < 0) warn_of_absolute_zero(result.lowest);
     if (!is_cooled_ && data.low - result.lowest.T > allowed) warn(result.lowest, data.low, "below", "takes heat out");
     if (!is_heated_ && result.highest.T - data.high > allowed) warn(result.highest, data.high, "above", "heats it");
   }
@@ -92,6 +94,14 @@ class Extremes : public Observer {
     return e;
   }
 
+  /// What takes heat out without end is an error before; surroundings by a formula may lead there.
+  void warn_of_absolute_zero(const Extreme& e) const {
+    if (rank_of(cloud_.comm) != 0) return;
+    spdlog::warn(
+        "a temperature of {:.6g} K at ({:.4g}) m, {:.6g} s, is below absolute zero, unlike all at the start: are walls "
+        "or surroundings given by a formula in another unit?",
+        e.T, fmt::join(e.x, ", "), e.t);
+  }
   void warn(const Extreme& e, double data, const char* side, const char* what) const {
     if (rank_of(cloud_.comm) != 0) return;
     spdlog::warn(
@@ -109,7 +119,7 @@ class Extremes : public Observer {
   const Cloud& cloud_;
   TemperatureUnit unit_;
   RangeWatch watch_;
-  double t_recorded_ = 0;
+  double t_recorded_ = 0, lowest_at_start_ = 0;
   bool is_cooled_ = false, is_heated_ = false;  ///< by what draws to no ambient temperature
   Candidate lowest_, highest_;                  ///< of this rank; the highest with the sign of T turned
 };

@@ -358,6 +358,9 @@ end = "1 s"
         self.assertRegex(said, r"a temperature of 2\d\d.* K at .* is \d+(\.\d+)? K below all of start, walls and surroundings, though nothing else takes heat out")
         self.assertNotIn("above all", said)
         self.assertNotIn("below all", self.calor("run", "ring.toml", "method=sph").stderr)
+        self.calor("new", "plate")
+        said = self.calor("run", "plate.toml", 'boundary.air.convection.ambient={formula="300-t",unit="K"}', code=1).stderr
+        self.assertRegex(said, r"a temperature of -\d+.* K at .* is below absolute zero")
 
     def interrupt(self, *words, number, code):
         """Starts a long run with a terminal for its errors, interrupts it once the progress line shows."""

@@ -41,6 +41,9 @@ temperature = { formula = "600 + 5000*x", unit = "K" }
 [boundary.hot]
 on = "xmin"
 temperature = { formula = "700 + 20*t", unit = "K" }
+[boundary.cold]
+on = "ymin"
+temperature = "650 K"
 [boundary.air]
 on = ["xmax", "ymax"]
 convection = { h = { formula = "200 + 0.1*T", unit = "W/(m^2 K)" }, ambient = "300 K" }
