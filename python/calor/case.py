@@ -13,7 +13,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from . import command, progress, toml
-from .result import Result
+from .result import Result, split_unit
 
 
 Changes = Mapping[str, Any] | Sequence[str]
@@ -113,6 +113,11 @@ class Case:
         """Builds everything and runs nothing: what `calor check` says of sizes, step and memory. Raises CalorError."""
         with self._words() as words:
             return command.run(["check", *words])[1]
+
+    def numbers(self) -> dict[str, str]:
+        """The numbers that report.json of a run has, with their SI units, "" of counts and ratios. Builds everything and runs nothing. Raises CalorError."""
+        with self._words() as words:
+            return dict(map(split_unit, command.run(["check", *words, "--numbers"])[1].splitlines()))
 
     def run(self, folder: str | os.PathLike[str] | None = None, *, j: int = 1, show_progress: bool | None = None) -> Result:
         """Runs the case on `j` processes, into `folder` (default: results/NAME). A failed [[expect]] is no error: see

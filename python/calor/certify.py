@@ -68,10 +68,9 @@ def quantities_of(result: Result) -> dict[str, Quantity]:
         if verdict.get("norm") == "value" and not verdict["what"].startswith("report"):
             add(verdict["what"], verdict["value_unit"], verdict["value_unit"], verdict["value"])
     for name, value in result.numbers.items():
-        if name.startswith("heat_flow."):
-            add(f"heat flow {name.removeprefix('heat_flow.')}", "W", "W", value)
-        elif name.startswith("mean."):
-            add(f"mean {name.removeprefix('mean.')}", "K", "K", value)
+        kind, _, of = name.partition(".")
+        if of and kind in ("heat_flow", "mean"):
+            add(f"{kind.replace('_', ' ')} {of}", result.units[name], result.units[name], value)
     case = result.report["case"]
     if "stress" in case:
         for name in ("lowest_stress", "highest_stress"):

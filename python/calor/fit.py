@@ -6,6 +6,7 @@ differences again at the end, from which the intervals follow. Runs that do not 
 """
 from __future__ import annotations
 
+import functools
 import json
 import math
 import pathlib
@@ -145,8 +146,9 @@ class Search:
             self.expected.append((len(self.unknowns), f.whitening, f.mean))
             self.unknowns += f.unknowns
         end = quantities.in_unit(self.written["time"]["end"], "s") if "time" in self.written else math.inf
+        numbers = functools.cache(case.numbers)
         self.data = [data for n, entry in enumerate(asked["data"])
-                     for data in read_data(entry, line_of(case.path, "fit.data", n), case.folder, end, list(self.written.get("probe", {})))]
+                     for data in read_data(entry, line_of(case.path, "fit.data", n), case.folder, end, list(self.written.get("probe", {})), numbers)]
         # Does a run give the derivatives of all that is measured?
         self.has_derivatives = all(d.source != "report" for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
         if self.fields and not (self.has_derivatives and "steady" in self.written):

@@ -29,29 +29,24 @@ class Limit:
     """A bound on a number of report.json, in SI."""
 
     number: str
+    unit: str
     is_upper: bool
     bound: float
-    where: str
 
     def room(self, result: Result) -> float:
         """What is left until the limit, relative to it; negative beyond."""
-        room = self.bound - number_of(result, self.number, self.where)
+        room = self.bound - result.numbers[self.number]
         return (room if self.is_upper else -room) / (abs(self.bound) or 1)
 
 
-def number_of(result: Result, name: str, where: str) -> float:
-    if name not in result.numbers:
-        raise CaseError(f"{where}: report.json has no '{name}'; it has {', '.join(sorted(result.numbers))}")
-    return float(result.numbers[name])
-
-
-def read_limit(entry: Mapping[str, Any], where: str) -> Limit:
-    """One [[optimise.limit]]. Raises CaseError."""
+def read_limit(entry: Mapping[str, Any], where: str, units: Mapping[str, str]) -> Limit:
+    """One [[optimise.limit]]; `units` of the numbers of the report. Raises CaseError."""
     try:
         if ("at_most" in entry) == ("at_least" in entry):
             raise CaseError("a limit is 'at_most' or 'at_least': give one of them")
         key = "at_most" if "at_most" in entry else "at_least"
-        return Limit(entry["report"], key == "at_most", quantities.in_unit(entry[key], quantities.kind_of_number(entry["report"])), where)
+        unit = units[entry["report"]]
+        return Limit(entry["report"], unit, key == "at_most", quantities.in_unit(entry[key], unit))
     except CaseError as error:
         raise CaseError(f"{where}: {error}", where.split(":")[0], None, None, "optimise.limit") from None
 
@@ -75,6 +70,7 @@ class Optimum:
     unknowns: list[Unknown]
     limits: list[Limit]
     number: str
+    unit: str
     trials: list[Trial]
     best: Trial
     folder: pathlib.Path
@@ -86,14 +82,13 @@ class Optimum:
 
     def table(self) -> str:
         """For people."""
-        unit = quantities.kind_of_number(self.number)
         width = max(len(name) for name in [self.number, *(u.key for u in self.unknowns), *(limit.number for limit in self.limits)])
         lines = [f"{len(self.trials)} runs", f"{'':<{width}}  {'start':>12}  {'best':>12}"]
         lines += [f"{u.key:<{width}}  {first:>12.5g}  {best:>12.5g}  {u.unit}" for u, first, best in zip(self.unknowns, self.first.values, self.best.values)]
-        lines.append(f"{self.number:<{width}}  {self.first.objective:>12.5g}  {self.best.objective:>12.5g}  {unit}")
+        lines.append(f"{self.number:<{width}}  {self.first.objective:>12.5g}  {self.best.objective:>12.5g}  {self.unit}")
         for limit in self.limits:
-            first, best = (number_of(trial.result, limit.number, limit.where) for trial in (self.first, self.best))
-            lines.append(f"{limit.number:<{width}}  {first:>12.5g}  {best:>12.5g}  {quantities.kind_of_number(limit.number)}"
+            first, best = (trial.result.numbers[limit.number] for trial in (self.first, self.best))
+            lines.append(f"{limit.number:<{width}}  {first:>12.5g}  {best:>12.5g}  {limit.unit}"
                          f"  ({'at most' if limit.is_upper else 'at least'} {limit.bound:g})")
         if not self.best.is_allowed:
             lines.append("No run keeps all limits; the one that misses them least stands here: widen those of the unknowns, or of the results.")
@@ -114,7 +109,7 @@ class Optimum:
         return {"unknowns": [{"key": u.key, "unit": u.unit, "start": self.first.values[n], "best": self.best.values[n]} for n, u in enumerate(self.unknowns)],
                 "number": self.number, "start": self.first.objective, "best": self.best.objective, "keeps_limits": self.best.is_allowed,
                 "limits": [{"number": limit.number, "at_most" if limit.is_upper else "at_least": limit.bound,
-                            "best": number_of(self.best.result, limit.number, limit.where)} for limit in self.limits],
+                            "best": self.best.result.numbers[limit.number]} for limit in self.limits],
                 "runs": [{"values": trial.values, "number": trial.objective, "allowed": trial.is_allowed, "folder": trial.result.folder.name} for trial in self.trials]}
 
 
@@ -135,7 +130,9 @@ class Search:
             if not (math.isfinite(u.low) and math.isfinite(u.high) and u.low < u.high):
                 where = line_of(case.path, "optimise.unknown", n)
                 raise CaseError(f"{where}: {u.key} has no limits: give 'from' and 'to'", where.split(":")[0], None, None, u.key)
-        self.limits = [read_limit(entry, line_of(case.path, "optimise.limit", n)) for n, entry in enumerate(asked.get("limit", []))]
+        units = case.numbers()
+        self.unit = units[self.number]
+        self.limits = [read_limit(entry, line_of(case.path, "optimise.limit", n), units) for n, entry in enumerate(asked.get("limit", []))]
         self.trials: list[Trial] = []
 
     def trial(self, x: Array) -> Trial:
@@ -145,7 +142,7 @@ class Search:
             if known.values == values:
                 return known
         result = self.case.changed(self.changes(values)).run(self.folder / f"run-{len(self.trials) + 1}", show_progress=False)
-        trial = Trial(values, number_of(result, self.number, self.case.name), [limit.room(result) for limit in self.limits], result)
+        trial = Trial(values, result.numbers[self.number], [limit.room(result) for limit in self.limits], result)
         self.trials.append(trial)
         self.say(f"run {len(self.trials)}: {self.number} {trial.objective:.5g} at "
                  + ", ".join(f"{u.key} = {quantities.joined(float(f'{value:.5g}'), u.unit)}" for u, value in zip(self.unknowns, values))
@@ -181,7 +178,7 @@ class Search:
         limits = [{"type": "ineq", "fun": lambda x, n=n: trial(x).room[n]} for n in range(len(self.limits))]
         minimize(lambda x: self.sign * trial(x).objective / scale, x, method="COBYLA", constraints=within + limits, tol=1e-3,
                  options={"rhobeg": FIRST_STEP, "maxiter": self.iterations, "catol": ALLOWED})
-        return Optimum(self.unknowns, self.limits, self.number, self.trials, self.best(), self.folder, self.finer)
+        return Optimum(self.unknowns, self.limits, self.number, self.unit, self.trials, self.best(), self.folder, self.finer)
 
 
 def optimise(case: Case | str, folder: str | pathlib.Path | None = None, *, say: Callable[[str], None] = lambda line: None) -> Optimum:

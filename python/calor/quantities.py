@@ -54,14 +54,6 @@ def in_unit(quantity: Any, unit: str, difference: bool = False) -> float:
     return number * factor + (0 if difference else offset)
 
 
-def kind_of_number(name: str) -> str:
-    """The SI unit of a number of report.json that people give values for: heat_flow.air, maximum.steel, ..."""
-    if name.endswith("_stress"):
-        return "Pa"
-    of_name = {"heat_flow": "W", "mean": "K", "minimum": "K", "maximum": "K", "average_temperature": "K"}
-    return of_name.get(name.split(".")[0], "m" if name.startswith(("largest_", "peak_")) else "")
-
-
 def steps_of(path: str) -> list[str | int]:
     """["material", "m", "conductivity", "k", 2] of "material.m.conductivity.k[2]"; keys may be in quotes."""
     found = re.finditer(r'\[(\d+)\]|"([^"]*)"|([^.\[\]"]+)', path)

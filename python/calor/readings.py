@@ -4,7 +4,7 @@ from __future__ import annotations
 import csv
 import math
 import pathlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -33,11 +33,8 @@ class Data:
     t: Array
     value: Array
     noise: float
+    unit: str
     where: str  # file and line, or the case
-
-    @property
-    def unit(self) -> str:
-        return "K" if self.source == "probe" else quantities.kind_of_number(self.name)
 
     def at_times(self, history: Mapping[str, Array], column: str) -> Array:
         """Of a column over time the values at the times of the measurements."""
@@ -46,8 +43,6 @@ class Data:
     def computed(self, result: Result) -> Array:
         if self.source == "probe":
             return self.at_times(result.probes, self.name)
-        if self.name not in result.numbers:
-            raise CaseError(f"{self.where}: report.json has no '{self.name}'; it has {', '.join(sorted(result.numbers))}")
         if self.source == "report":
             return np.full(self.value.shape, result.numbers[self.name])
         kind, _, of = self.name.partition(".")
@@ -97,14 +92,15 @@ def read_probes(entry: Mapping[str, Any], where: str, folder: pathlib.Path, prob
             raise refusal(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}", place)
         if not math.isfinite(value):
             raise refusal(f"{','.join(row)!r} is not finite", "leave the row out", place)
-        data.append(Data(name, "probe", np.array([math.inf]), np.array([value * factor + offset]), noise, place))
+        data.append(Data(name, "probe", np.array([math.inf]), np.array([value * factor + offset]), noise, "K", place))
     if not data:
         raise refusal(f"{path} has no rows", "give measurements", where)
     return data
 
 
-def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: float, probes: Sequence[str]) -> list[Data]:
-    """One [[fit.data]]; `end` of the run, s, infinite of a steady case. Raises CaseError with place and cure."""
+def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: float, probes: Sequence[str], numbers: Callable[[], Mapping[str, str]]) -> list[Data]:
+    """One [[fit.data]]; `end` of the run, s, infinite of a steady case; `numbers` of the report with their units, asked for where
+    one is measured. Raises CaseError with place and cure."""
     def refuse(problem: str, cure: str, place: str = where) -> CaseError:
         return refusal(problem, cure, place)
 
@@ -114,12 +110,12 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     if of_probe == ("report" in entry):
         raise refuse("measurements of nothing, or of two things", "give either 'probe' or 'report'")
     name = entry["probe"] if of_probe else entry["report"]
-    kind = "K" if of_probe else quantities.kind_of_number(name)
     source = "probe" if of_probe else source_of(name)
     if source == "report" and ("file" in entry or "at" in entry):
         raise refuse(f"times of {name}, which is known of the whole run alone", "give one value, without a time")
     if of_probe and name not in probes:
         raise refuse(f"the case has no probe '{name}'", f"it has {', '.join(probes) or 'none'}")
+    kind = "K" if of_probe else numbers()[name]
     try:
         noise = quantities.in_unit(entry["noise"], kind, difference=True)
         value = quantities.in_unit(entry["value"], kind) if "value" in entry else math.nan
@@ -135,7 +131,7 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
     if "value" in entry:
         if t != math.inf and not 0 <= t <= end:
             raise refuse(f"a time of {entry['at']} outside the run, which ends at {end:g} s", "give another, or a longer run")
-        return [Data(name, source, np.array([t]), np.array([value]), noise, where)]
+        return [Data(name, source, np.array([t]), np.array([value]), noise, kind, where)]
     path = folder / entry["file"]
     written, rows = read_rows(path, where)
     headings = [split_unit(text) for text in written]
@@ -170,4 +166,4 @@ def read_data(entry: Mapping[str, Any], where: str, folder: pathlib.Path, end: f
         values.append(measured * to_unit[0] + to_unit[1])
     if not times:
         raise refuse(f"{path} has no rows", "give measurements")
-    return [Data(name, source, np.array(times), np.array(values), noise, where)]
+    return [Data(name, source, np.array(times), np.array(values), noise, kind, where)]

@@ -176,6 +176,12 @@ class Result:
         return numbers
 
     @property
+    def units(self) -> dict[str, str]:
+        """SI units of the numbers that have one."""
+        units: dict[str, str] = self.report["units"]
+        return units
+
+    @property
     def dimension(self) -> int:
         return int(self.numbers["dimension"])
 

@@ -54,9 +54,16 @@ double expected_memory(const Cloud& cloud, double pairs, Solution solution) {
   return max(cloud.comm, std::max(1024. * static_cast<double>(usage.ru_maxrss), resident_memory() + more));
 }
 
+/// What report.json will have, with its units.
+int list(MPI_Comm comm, const std::vector<ReportNumber>& numbers) {
+  if (rank_of(comm) != 0) return 0;
+  for (const auto& [name, unit] : numbers) say(unit.empty() ? name + "\n" : fmt::format("{} [{}]\n", name, unit));
+  return 0;
+}
+
 }  // namespace
 
-int check_case(const Case& c, MPI_Comm comm) {
+int check_case(const Case& c, MPI_Comm comm, bool lists_numbers) {
   Phases phases;
   Model model = build_model(c, comm, phases);
   HeatSystem& system = *model.system;
@@ -75,7 +82,9 @@ int check_case(const Case& c, MPI_Comm comm) {
                        .start_E = begin.E_before_walls,
                        .start = state,
                        .phases = phases};
-  require_numbers(c, number_names(model, make_observers(setup)));
+  const std::vector<ReportNumber> numbers = report_numbers(model, make_observers(setup));
+  require_numbers(c, numbers);
+  if (lists_numbers) return list(comm, numbers);
   TemperatureUnit::of(c);  // refuses what does not fit, as does the integrator
   const auto integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
   check_derivatives(c, probes, system, integrator.get());

@@ -58,7 +58,7 @@ struct CommandLine {
   std::vector<std::string> overrides, paths, words;  // words: all of them, without -j
   std::optional<double> time_limit;                  // s
   int ranks = 1;
-  bool quiet = false, restart = false, as_schema = false;
+  bool quiet = false, restart = false, as_schema = false, numbers = false;
 };
 
 int show_help(CLI::App& app, const std::string& verb) {
@@ -224,6 +224,7 @@ Verbs add_verbs(CLI::App& app, CommandLine& a) {
         "--units", [&](const std::string& unit) { a.overrides.push_back("output.temperature=\"" + unit + "\""); },
         "unit of the temperatures it speaks of: K, degC or degF");
   }
+  check->add_flag("--numbers", a.numbers, "list the numbers that report.json will have instead, with their units");
   cloud->add_option("-o", a.name, "NAME of the files, a folder before it maybe (default: name of the case)");
   run->add_option("-o", a.folder, "folder for the results (default: results/CASE)");
   run->add_flag("--restart", a.restart, "go on from the newest checkpoint in the folder");
@@ -313,7 +314,7 @@ int command(int argc, char** argv) {
   }
 
   return under_petsc(argv, [&](MPI_Comm comm) {
-    if (*verbs.check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm);
+    if (*verbs.check) return check_case(Case::read(a.case_file, schema(), a.overrides), comm, a.numbers);
     if (*verbs.cloud) {
       const Case c = Case::read(a.case_file, schema(), a.overrides);
       return show_cloud(c, a.name.empty() ? c.name() : a.name, comm);

@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <ranges>
 
 namespace calor {
 
@@ -13,22 +14,21 @@ Readings::Readings(const Case& c, const Probes& probes, HeatSystem& system) : pr
   if (!output.has("derivatives"))
     output.refuse("derivatives_of", "derivatives by no number of the case", "name some in 'derivatives'");
   balance_.emplace(system);
-  const std::vector<std::string> names = balance_->names();
+  const std::vector<ReportNumber> listed = balance_->listed();
   for (const std::string& wanted : output.texts("derivatives_of")) {
-    const auto found = std::ranges::find(names, wanted);
-    if (found == names.end())
+    const auto found = std::ranges::find(listed, wanted, &ReportNumber::name);
+    if (found == listed.end())
       output.refuse("derivatives_of", fmt::format("the balance of this case has no '{}'", wanted),
-                    fmt::format("it has {}", fmt::join(names, ", ")));
-    entries_.push_back(found - names.begin());
+                    fmt::format("it has {}", fmt::join(listed | std::views::transform(&ReportNumber::name), ", ")));
+    entries_.push_back(found - listed.begin());
   }
 }
 
 std::vector<std::string> Readings::headings() const {
   std::vector<std::string> headings;
   for (const std::string& probe : probes_.names()) headings.push_back(probe + " [K]");
-  const std::vector<std::string> names = balance_ ? balance_->names() : std::vector<std::string>();
-  for (const std::size_t n : entries_)
-    headings.push_back(names[n] + (n < balance_->accounts().size() ? " [W]" : " [K]"));
+  const std::vector<ReportNumber> listed = balance_ ? balance_->listed() : std::vector<ReportNumber>();
+  for (const std::size_t n : entries_) headings.push_back(fmt::format("{} [{}]", listed[n].name, listed[n].unit));
   return headings;
 }
 

@@ -145,13 +145,16 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
                        .is_quiet = options.quiet,
                        .phases = phases};
   Observers observers = make_observers(setup);
-  require_numbers(c, number_names(model, observers));
+  const std::vector<ReportNumber> numbers = report_numbers(model, observers);
+  require_numbers(c, numbers);
   const std::unique_ptr<Integrator> integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
   if (auto derivatives = make_derivative_log(setup, model, integrator.get()))
     observers.push_back(std::move(derivatives));
   introduce(c, model, probes, integrator.get());
   RunResult result;
   result.command = options.command;
+  for (const auto& [name, unit] : numbers)
+    if (!unit.empty()) result.units[name] = unit;
   result.texts = {{"method", chosen_method(c).name}, {"integrator", integrator ? integrator->name() : "steady"}};
   if (integrator) result.texts["integrator_why"] = integrator->why;
 
@@ -201,28 +204,30 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
 
 }  // namespace
 
-std::vector<std::string> number_names(const Model& model, const Observers& observers) {
-  std::vector<std::string> names{"points",     "dimension", "volume",       "volume_error",  "area_sum",
-                                 "moment_sum", "ranks",     "memory_bytes", "interrupted_by"};
-  const std::initializer_list<const char*> of_steady{"newton_iterations", "linear_iterations", "residual", "imbalance"},
-      of_steps{"steps",
-               "rejected_steps",
-               "rate_evaluations",
-               "newton_iterations",
-               "linear_iterations",
-               "most_stages",
-               "smallest_step",
-               "largest_step",
-               "end"};
+std::vector<ReportNumber> report_numbers(const Model& model, const Observers& observers) {
+  std::vector<ReportNumber> all{{"points", ""},       {"dimension", ""},    {"volume", "m^3"},
+                                {"volume_error", ""}, {"area_sum", ""},     {"moment_sum", ""},
+                                {"ranks", ""},        {"memory_bytes", ""}, {"interrupted_by", ""}};
+  const std::initializer_list<ReportNumber> of_steady{
+      {"newton_iterations", ""}, {"linear_iterations", ""}, {"residual", ""}, {"imbalance", "W"}},
+      of_steps{{"steps", ""},
+               {"rejected_steps", ""},
+               {"rate_evaluations", ""},
+               {"newton_iterations", ""},
+               {"linear_iterations", ""},
+               {"most_stages", ""},
+               {"smallest_step", "s"},
+               {"largest_step", "s"},
+               {"end", "s"}};
   const auto& of_kind = is_steady(model.description) ? of_steady : of_steps;
-  names.insert(names.end(), of_kind.begin(), of_kind.end());
-  for (const auto& [name, value] : model.weights) names.push_back(name);
-  for (const auto& [name, area] : model.heated_areas) names.push_back("area." + name);
+  all.insert(all.end(), of_kind.begin(), of_kind.end());
+  for (const auto& [name, value] : model.weights) all.push_back({name, ""});
+  for (const auto& [name, area] : model.heated_areas) all.push_back({"area." + name, "m^2"});
   const auto& accounts = model.system->accounts();
   for (auto name = accounts.begin() + model.system->boundary_accounts(); name != accounts.end(); ++name)
-    for (const char* power : {"power_asked.", "power_deposited."}) names.push_back(power + *name);
-  for (const auto& observer : observers) std::ranges::copy(observer->numbers(), std::back_inserter(names));
-  return names;
+    for (const char* power : {"power_asked.", "power_deposited."}) all.push_back({power + *name, "W"});
+  for (const auto& observer : observers) std::ranges::copy(observer->numbers(), std::back_inserter(all));
+  return all;
 }
 
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options) {

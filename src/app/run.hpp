@@ -24,7 +24,7 @@ struct RunOptions {
 /// Runs a case. It ends early, stored, when a signal is noted (app/interrupts.hpp). Collective; throws Error.
 RunResult run(const Case& c, MPI_Comm comm, const RunOptions& options);
 
-/// Names of all numbers that the report of a run will have.
-std::vector<std::string> number_names(const Model& model, const Observers& observers);
+/// All numbers that the report of a run will have.
+std::vector<ReportNumber> report_numbers(const Model& model, const Observers& observers);
 
 }  // namespace calor

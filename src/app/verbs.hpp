@@ -10,8 +10,9 @@
 
 namespace calor {
 
-/// Builds everything and says sizes, time-step bound and memory; runs nothing. Collective.
-int check_case(const Case& c, MPI_Comm comm);
+/// Builds everything and says sizes, time-step bound and memory, or lists the numbers that the report of a run has;
+/// runs nothing. Collective.
+int check_case(const Case& c, MPI_Comm comm, bool lists_numbers);
 
 /// Makes the cloud alone, writes it as NAME.vtu and NAME-surface.vtp, and tells how good it is. Collective.
 int show_cloud(const Case& c, const std::string& name, MPI_Comm comm);

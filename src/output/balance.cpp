@@ -152,12 +152,12 @@ Balance::Summary Balance::summary(const Zone& zone, std::span<const double> T) c
           .maximum = high};
 }
 
-std::vector<std::string> Balance::names() const {
-  std::vector<std::string> names;
-  for (const std::string& account : accounts()) names.push_back("heat_flow." + account);
+std::vector<ReportNumber> Balance::listed() const {
+  std::vector<ReportNumber> all;
+  for (const std::string& account : accounts()) all.push_back({"heat_flow." + account, "W"});
   for (const Zone& zone : zones_)
-    for (const char* what : {"mean", "minimum", "maximum"}) names.push_back(fmt::format("{}.{}", what, zone.name));
-  return names;
+    for (const char* what : {"mean", "minimum", "maximum"}) all.push_back({fmt::format("{}.{}", what, zone.name), "K"});
+  return all;
 }
 
 std::vector<double> Balance::numbers(double t, std::span<const double> u) const {
@@ -196,11 +196,11 @@ class BalanceLog : public Observer {
     log_.row(row);
   }
   void finish(const Moment& m, RunResult& result) override {
-    const std::vector<std::string> names = balance_.names();
+    const std::vector<ReportNumber> listed = balance_.listed();
     const std::vector<double> last = balance_.numbers(m.state().t, m.u());
-    for (std::size_t n = 0; n < last.size(); ++n) result.numbers[names[n]] = last[n];
+    for (std::size_t n = 0; n < last.size(); ++n) result.numbers[listed[n].name] = last[n];
   }
-  std::vector<std::string> numbers() const override { return balance_.names(); }
+  std::vector<ReportNumber> numbers() const override { return balance_.listed(); }
 
  private:
   Balance balance_;

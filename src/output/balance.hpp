@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "case/case.hpp"
+#include "output/report.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
@@ -36,10 +37,9 @@ class Balance {
   const std::vector<Zone>& zones() const { return zones_; }
   /// Heat flow into the body by every account, W; `u`: see State::T. Collective.
   std::vector<double> heat_flows(double t, std::span<const double> u) const;
-  /// As report.json names its numbers: heat_flow.NAME of the accounts; mean.NAME, minimum.NAME, maximum.NAME of the
-  /// zones.
-  std::vector<std::string> names() const;
-  /// In the order of the names, W and K; `u`: see State::T. Collective.
+  /// Its numbers in the report: heat_flow.NAME of the accounts; mean.NAME, minimum.NAME, maximum.NAME of the zones.
+  std::vector<ReportNumber> listed() const;
+  /// In this order; `u`: see State::T. Collective.
   std::vector<double> numbers(double t, std::span<const double> u) const;
   /// Of the owned points, then of the walls at the facets of this rank, K; `u`: see State::T. Collective.
   std::vector<double> temperatures(double t, std::span<const double> u) const;

@@ -35,16 +35,6 @@ Verdict verdict_at(const Comparison& e, std::size_t k) {
           .source = e.table.has("source") ? e.table.text("source") : ""};
 }
 
-/// SI unit of a number of the report; "" of those that a bound without unit is written for.
-std::string unit_of_number(const std::string& name) {
-  const std::string kind = name.substr(0, name.find('.'));
-  if (kind.ends_with("_stress")) return "Pa";
-  if (kind == "heat_flow") return "W";
-  if (kind == "mean" || kind == "minimum" || kind == "maximum" || kind == "average_temperature") return "K";
-  if (kind.ends_with("_step")) return "s";
-  return kind.starts_with("largest_") ? "m" : "";  // extents of a weld
-}
-
 }  // namespace
 
 std::vector<Verdict> verdicts_of(const Comparison& e) {
@@ -67,17 +57,20 @@ std::vector<Verdict> verdicts_of(const Comparison& e) {
   return all;
 }
 
-Verdict verdict_of(const ReportBound& b, const std::map<std::string, double>& report) {
-  Verdict v{
-      .what = b.name, .norm = b.is_upper ? "at most" : "at least", .unit = "", .error = nan, .tolerance = b.bound};
-  const auto found = report.find(b.number);
-  if (found == report.end()) {
+Verdict verdict_of(const ReportBound& b, const std::map<std::string, double>& numbers,
+                   const std::map<std::string, std::string>& units) {
+  const bool is_upper = b.key == "at_most";
+  const auto unit = units.find(b.number);
+  const double bound = read_report_bound(b.table, b.key, unit == units.end() ? "" : unit->second);
+  Verdict v{.what = b.name, .norm = is_upper ? "at most" : "at least", .unit = "", .error = nan, .tolerance = bound};
+  const auto found = numbers.find(b.number);
+  if (found == numbers.end()) {
     v.what += " (no such number in the report)";
     return v;
   }
   v.error = v.value = found->second;
-  v.reference = b.bound;
-  v.passed = b.is_upper ? v.error <= b.bound : v.error >= b.bound;
+  v.reference = bound;
+  v.passed = is_upper ? v.error <= bound : v.error >= bound;
   return v;
 }
 
@@ -190,13 +183,13 @@ Result worst_point(const Cloud& cloud, std::span<const int> point, std::span<con
   return result;
 }
 
-double read_report_bound(const Table& table, const std::string& key) {
+double read_report_bound(const Table& table, const std::string& key, const std::string& unit) {
   const auto written = table.quantities_with_units(key);
   if (written.size() != 1)
     table.refuse(key, fmt::format("{} bounds of one number of the report", written.size()), "write one, e.g. 1e-12");
-  const auto& [value, unit] = written[0];
+  const auto& [value, its_unit] = written[0];
   try {
-    return unit.empty() ? value : to_si(value, unit, unit_of_number(table.text("report")));
+    return its_unit.empty() ? value : to_si(value, its_unit, unit);
   } catch (const std::invalid_argument& e) {
     table.refuse(key, fmt::format("the bound of '{}': {}", table.text("report"), e.what()), "correct the unit");
   }

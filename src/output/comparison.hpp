@@ -53,16 +53,16 @@ struct Comparison {
 
 /// One [[expect]] on a number of the report.
 struct ReportBound {
-  std::string number;
-  bool is_upper;
-  double bound;
-  std::string name;
+  Table table;
+  std::string key;  ///< at_most or at_least
+  std::string number, name;
 };
 
 /// One verdict for every tolerance; where one holds for several times, the worst of them counts.
 std::vector<Verdict> verdicts_of(const Comparison& comparison);
-/// `report`: all numbers of the report.
-Verdict verdict_of(const ReportBound& bound, const std::map<std::string, double>& report);
+/// `numbers`: of the report, and the SI units of those that have one.
+Verdict verdict_of(const ReportBound& bound, const std::map<std::string, double>& numbers,
+                   const std::map<std::string, std::string>& units);
 
 /// Exactly one of the keys is written; returns it.
 std::string one_of(const Table& table, const std::vector<std::string>& keys, const std::string& purpose);
@@ -73,8 +73,8 @@ std::vector<double> read_times(const Case& c, const Table& table);
 /// `within` or `at_least`: one difference for all times, or one a time.
 std::vector<Tolerance> read_differences(const Table& table, const std::string& key, const Quantity& quantity,
                                         std::size_t times);
-/// `at_most` or `at_least` of a number of the report, in SI; without a unit it is written so.
-double read_report_bound(const Table& table, const std::string& key);
+/// A bound or a value of a number of the report, in its SI `unit`; without a unit it is written so.
+double read_report_bound(const Table& table, const std::string& key, const std::string& unit);
 
 /// The points at which values and references differ most: `by_value` relative to the reference, of equal ones that of
 /// the lowest number. Its error is NaN. Collective.

@@ -73,10 +73,10 @@ void EnergyLog::finish(const Moment&, RunResult& result) {
                  100 * worst_source_error_);
 }
 
-std::vector<std::string> EnergyLog::numbers() const {
-  std::vector<std::string> names{"energy_imbalance", "source_error", "stored"};
-  for (const std::string& account : system_.accounts()) names.push_back("heat." + account);
-  return names;
+std::vector<ReportNumber> EnergyLog::numbers() const {
+  std::vector<ReportNumber> all{{"energy_imbalance", ""}, {"source_error", ""}, {"stored", "J"}};
+  for (const std::string& account : system_.accounts()) all.push_back({"heat." + account, "J"});
+  return all;
 }
 
 std::unique_ptr<Observer> make_energy_log(const RunSetup& run) {

@@ -25,7 +25,7 @@ class EnergyLog : public Observer {
   void exchange(Archive& archive) override;
   void record(const Moment& m) override { add(m.state()); }
   void finish(const Moment& m, RunResult& result) override;
-  std::vector<std::string> numbers() const override;
+  std::vector<ReportNumber> numbers() const override;
 
   EnergyBalance add(const State& state);  ///< A row. Collective.
   double worst_imbalance() const { return worst_; }

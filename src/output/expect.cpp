@@ -50,9 +50,7 @@ void Expectations::Impl::read_report(const Table& table) {
   const std::size_t first = bounds.size();
   for (const std::string key : {"at_most", "at_least"}) {
     if (!table.has(key)) continue;
-    const std::string number = table.text("report");
-    bounds.push_back(
-        {number, key == "at_most", read_report_bound(table, key), table.text(table.has("name") ? "name" : "report")});
+    bounds.push_back({table, key, table.text("report"), table.text(table.has("name") ? "name" : "report")});
   }
   if (bounds.size() == first)
     table.refuse("report", "[[expect]] with 'report' has no bound", "add at_most = 1e-12 or at_least = 1");
@@ -250,35 +248,44 @@ void Expectations::exchange(Archive& archive) {
 
 void Expectations::finish(const Moment& m, RunResult& result) {
   if (m.is_cut_short) return;
-  result.verdicts = verdicts(result.numbers);
+  result.verdicts = verdicts(result.numbers, result.units);
   if (impl_->folder.empty()) return;
   for (const Comparison& e : impl_->comparisons)
     if (e.probe >= 0 || e.quantity->is_of_body) impl_->write_history(e);
 }
 
-std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>& report) const {
+std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>& numbers,
+                                            const std::map<std::string, std::string>& units) const {
   std::vector<Verdict> all;
   for (const Impl::Entry& entry : impl_->entries)
     for (std::size_t n = entry.first; n < entry.first + entry.count; ++n) {
       if (entry.is_report)
-        all.push_back(verdict_of(impl_->bounds[n], report));
+        all.push_back(verdict_of(impl_->bounds[n], numbers, units));
       else
         std::ranges::move(verdicts_of(impl_->comparisons[n]), std::back_inserter(all));
     }
   return all;
 }
 
-void require_numbers(const Case& c, const std::vector<std::string>& numbers) {
+void require_numbers(const Case& c, const std::vector<ReportNumber>& numbers) {
+  std::vector<std::string> names;
+  for (const ReportNumber& number : numbers) names.push_back(number.name);
   const auto require = [&](const Table& table, const std::string& key) {
     if (!table.has(key)) return;
     const std::string name = table.text(key);
-    if (std::ranges::count(numbers, name)) return;
-    const std::string near = nearest(name, numbers);
+    if (std::ranges::count(names, name)) return;
+    const std::string near = nearest(name, names);
     table.refuse(key, fmt::format("the report has no number '{}'", name),
                  fmt::format("{}it has {}", near.empty() ? "" : fmt::format("did you mean '{}'? ", near),
-                             fmt::join(numbers, ", ")));
+                             fmt::join(names, ", ")));
   };
-  for (const Table& expect : c.root().list("expect")) require(expect, "report");
+  for (const Table& expect : c.root().list("expect")) {
+    require(expect, "report");
+    if (!expect.has("report")) continue;
+    const auto number = std::ranges::find(numbers, expect.text("report"), &ReportNumber::name);
+    for (const char* bound : {"at_most", "at_least"})
+      if (expect.has(bound)) read_report_bound(expect, bound, number->unit);
+  }
   for (const Table& data : c.section("fit").list("data")) require(data, "report");
   const Table optimise = c.section("optimise");
   for (const char* aim : {"minimise", "maximise"}) require(optimise, aim);

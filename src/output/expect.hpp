@@ -27,17 +27,18 @@ class Expectations : public Observer {
   /// Compares what is due at state.t (all that is left where `last`); writes compared points to
   /// expect-<n>.csv in the folder. T: temperatures of the owned points. Collective.
   void observe(const State& state, bool last, std::span<const double> T);
-  /// Verdicts in the order of the case; `report` serves expectations on numbers of the report.
-  std::vector<Verdict> verdicts(const std::map<std::string, double>& report) const;
+  /// Verdicts in the order of the case; `numbers` of the report and their `units` serve expectations on these.
+  std::vector<Verdict> verdicts(const std::map<std::string, double>& numbers,
+                                const std::map<std::string, std::string>& units) const;
 
  private:
   struct Impl;
   std::unique_ptr<Impl> impl_;
 };
 
-/// Refuses what a case asks of the report, to compare, to fit or to optimise, that is none of its `numbers`: a wrong
-/// name is told before the run. Throws Error(bad_case).
-void require_numbers(const Case& c, const std::vector<std::string>& numbers);
+/// Refuses what a case asks of the report, to compare, to fit or to optimise, that is none of its `numbers`, and bounds
+/// in other units: that is told before the run. Throws Error(bad_case).
+void require_numbers(const Case& c, const std::vector<ReportNumber>& numbers);
 
 void declare_expect(Schema& schema);
 

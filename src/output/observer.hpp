@@ -61,8 +61,8 @@ class Observer {
   virtual void exchange(Archive&) {}
   /// At the end: adds to the result.
   virtual void finish(const Moment&, RunResult&) {}
-  /// Names of the numbers of the report that `finish` adds.
-  virtual std::vector<std::string> numbers() const { return {}; }
+  /// The numbers of the report that `finish` adds.
+  virtual std::vector<ReportNumber> numbers() const { return {}; }
 };
 
 /// What observers are made of. It outlives them.

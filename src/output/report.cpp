@@ -82,6 +82,7 @@ void write_report(MPI_Comm comm, const std::string& folder, const Case& c, const
       {"mpi", mpi_version()}};
   report["temperatures"] = {{"lowest", json(result.lowest)}, {"highest", json(result.highest)}};
   report["numbers"] = result.numbers;
+  report["units"] = result.units;
   report["seconds"] = std::move(seconds);
   report["passed"] = result.passed();
   report["expect"] = Json::array();

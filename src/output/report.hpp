@@ -68,6 +68,11 @@ struct Verdict {
   std::string source = {};               ///< of the reference, as the case names it
 };
 
+/// A number of the report, as it is known before the run; `unit`: SI, "" of counts and ratios.
+struct ReportNumber {
+  std::string name, unit;
+};
+
 /// A temperature that a run came to, K, with its time, s, and place, m.
 struct Extreme {
   double T = 0, t = 0;
@@ -77,6 +82,7 @@ struct Extreme {
 struct RunResult {
   std::vector<Verdict> verdicts;
   std::map<std::string, double> numbers;     ///< what report.json says
+  std::map<std::string, std::string> units;  ///< of those that have one
   std::map<std::string, std::string> texts;  ///< method, integrator and why it was taken
   std::vector<std::string> command = {};     ///< words of the command line without -j; none where a program runs it
   Extreme lowest, highest;                   ///< of the points, at the moments that were recorded

@@ -44,7 +44,9 @@ class StressLog : public Observer {
     m.temperatures();
     write_section(stress_.deformation(m.u()));
   }
-  std::vector<std::string> numbers() const override { return {"lowest_stress", "highest_stress", "largest_stress"}; }
+  std::vector<ReportNumber> numbers() const override {
+    return {{"lowest_stress", "Pa"}, {"highest_stress", "Pa"}, {"largest_stress", "Pa"}};
+  }
 
  private:
   Deformation observe(const Moment& m) {

@@ -270,14 +270,12 @@ class WeldLog : public Observer {
       result.numbers["peak_" + extent.name()] = extent.of_field(weld_.points().peak()).length();
     }
   }
-  std::vector<std::string> numbers() const override {
-    std::vector<std::string> names{"average_temperature"};
-    if (weld_.theory(0)) names.push_back("average_temperature_error");
-    for (const Extent& extent : weld_.extents()) {
-      names.push_back("largest_" + extent.name());
-      names.push_back("peak_" + extent.name());
-    }
-    return names;
+  std::vector<ReportNumber> numbers() const override {
+    std::vector<ReportNumber> all{{"average_temperature", "K"}};
+    if (weld_.theory(0)) all.push_back({"average_temperature_error", ""});
+    for (const Extent& extent : weld_.extents())
+      for (const char* what : {"largest_", "peak_"}) all.push_back({what + extent.name(), "m"});
+    return all;
   }
 
  private:

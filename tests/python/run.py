@@ -124,6 +124,14 @@ class Package(unittest.TestCase):
         with self.assertRaisesRegex(CommandError, "parameter.p is too long for the command line .*write it into the case"):
             Case(PLATE, {"parameter.p": [0.5] * 40000}).to_dict()
 
+    def test_numbers_of_the_report_are_known_before_the_run_with_their_units(self):
+        for case in (Case(PLATE), Case({**{key: value for key, value in PLATE.items() if key not in ("time", "initial")}, "steady": {}, "output": {}}), Case(ROOT / "cases/fit/weld.toml", {"time.end": "0.1 s"})):
+            result = case.changed({"expect": []}).run("once", show_progress=False)
+            self.assertEqual(set(case.numbers()), set(result.numbers))
+            self.assertEqual({name: unit for name, unit in case.numbers().items() if unit}, result.units)
+        # Sizes of a melt and of supports both are "largest": only the one that gives the number knows its unit.
+        self.assertLessEqual({("largest_width", "m"), ("largest_step", "s"), ("average_temperature", "K"), ("stored", "J"), ("pairs", "")}, set(case.numbers().items()))
+
     def test_units_are_those_of_the_command(self):
         # By definition: an inch is 25.4 mm, a day 86400 s, 32 degF and 491.67 degR are 273.15 K.
         for quantity, unit, value in (("2 inch", "m", 0.0508), ("0.5 day", "s", 43200), ("32 degF", "K", 273.15), ("491.67 degR", "K", 273.15),
@@ -816,7 +824,7 @@ class Fields(unittest.TestCase):
                 ({"fit.field": [{**field, "expected": "8 W/cm"}]}, None, r"plate.toml:\d+: .*'W/cm' cannot be converted"),
                 ({"fit.field": [{**field, "key": "material.m.conductivity"}]}, None, r"plate.toml:\d+: .* is no grid"),
                 ({"fit.field": [{**field, "from": "6 W/(m K)"}]}, None, r"plate.toml:\d+: the grid has values outside"),
-                ({"fit.data": [{"report": "largest_width", "value": "1 m", "noise": "1 m"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
+                ({"fit.data": [{"report": "volume", "value": "1 m^3", "noise": "1 m^3"}]}, None, r"plate.toml:\d+: a field takes a steady case")):
             with self.assertRaisesRegex(CaseError, words):
                 self.fitted(changes, rows)
 
