@@ -8,6 +8,8 @@ namespace calor {
 
 /// In quotes, escaped; UTF-8 passes as it is, and bytes that are none become the sign for that.
 std::string json_string(const std::string& text);
+/// Is it UTF-8 without control characters, which any file may hold?
+bool is_plain_text(const std::string& text);
 /// Shortest text that reads back to the same bits; null for NaN and infinities, which JSON does not have.
 std::string json_number(double value);
 

@@ -10,6 +10,7 @@
 
 #include "base/cache.hpp"
 #include "base/parallel.hpp"
+#include "case/json.hpp"
 #include "cloud/lattice.hpp"
 
 namespace calor {
@@ -152,6 +153,15 @@ void require_section(MPI_Comm comm, const Table& table, Points& points) {
                  "give the cut along the axis its areas, as every wall of the section: they vanish all around");
 }
 
+/// Names come from files, and go into others.
+void require_plain_text(std::span<const std::string> names) {
+  const auto bad = std::ranges::find_if_not(names, is_plain_text);
+  if (bad != names.end())
+    throw Error(Fault::bad_case,
+                fmt::format("the name {} of a face or tag has bytes that are no text in UTF-8", json_string(*bad)),
+                "save the file that names it as UTF-8, without control characters");
+}
+
 }  // namespace
 
 std::shared_ptr<Cache> cache_of(const Table& cloud) {
@@ -184,6 +194,7 @@ Cloud make_cloud(MPI_Comm comm, const Case& c, const Support& support) {
   const bool are_cells = !is_quadrature && !points.estimated_spacings && !points.body;
   if (points.estimated_spacings) points = settle_spacings(comm, std::move(points));
   Cloud cloud = distribute(comm, std::move(points), support);
+  for (const auto* names : {&cloud.tags, &cloud.faces}) require_plain_text(*names);
   cloud.cache = cache;
   if (!axisymmetric) return cloud;
   if (!cloud.points_on_walls && !cloud.lattice)
