@@ -53,6 +53,15 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
   return {.low = low, .high = high, .reference = driving_mean};
 }
 
+/// Says which functions of time a steady state takes at t = 0.
+std::vector<std::string> notes_on_time(const Case& c) {
+  std::vector<std::string> notes;
+  for (const char* section : {"material", "boundary", "source"})
+    for (const SourceLocation& where : c.section(section).functions_of_time())
+      notes.push_back(fmt::format("{}: a function of time: the steady state is that of t = 0", where.text()));
+  return notes;
+}
+
 /// Says where the temperatures of the start, walls and ambients are lowest, if that is below absolute zero. Collective.
 std::vector<std::string> note_on_absolute_zero(const Cloud& cloud, const Conditions& conditions,
                                                const std::vector<double>& T_start) {
@@ -194,6 +203,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   const Method& method = chosen_method(c);
   const bool steady = is_steady(c);
   if (steady) check_steady(c);
+  if (steady) m.notes = notes_on_time(c);
   if (!steady) check_output(c.section("output"), c.section("time").number("end"));
   const SourceLocation cloud_location = location_of_points(c.section("cloud"));
   const Support support = method.support(c);
@@ -204,7 +214,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
   end_cells_at_contacts(c, *m.cloud);
   if (!cracks.empty()) end_cells_at_cracks(*m.cloud, Cracks(*m.cloud, std::move(cracks)));
   std::vector<std::string> remarks;
-  m.notes = m.cloud->notes;
+  std::ranges::copy(m.cloud->notes, std::back_inserter(m.notes));
   if (has_cracks(c)) std::ranges::copy(notes_on_cracks(c, *m.cloud), std::back_inserter(m.notes));
   if (c.section("cloud").has("file")) located(cloud_location, [&] { remarks = add_remarks_on_file(m); });
   Conditions conditions;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <iterator>
 #include <stdexcept>
 
 #include "base/units.hpp"
@@ -106,6 +107,21 @@ std::vector<std::string> Table::keys() const {
   std::vector<std::string> out;
   if (node_->value)
     for (const Entry& entry : node_->value->entries) out.push_back(entry.key);
+  return out;
+}
+
+std::vector<SourceLocation> Table::functions_of_time() const {
+  std::vector<SourceLocation> out;
+  for (const std::string& name : keys()) {
+    const Key* key = node_->known.find(name);
+    const auto is_written = [&](const std::string& form) { return sub(name).has(form); };
+    if (key && key->kind == Kind::function) {
+      if (std::ranges::any_of(key->choices, is_written)) continue;  // no function
+      if (function(name).depends_on_time()) out.push_back(location(name));
+    } else if (node_->written(name)->is_table()) {
+      std::ranges::copy(sub(name).functions_of_time(), std::back_inserter(out));
+    }
+  }
   return out;
 }
 

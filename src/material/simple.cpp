@@ -89,7 +89,7 @@ class Capacity {
       // Both curves are copied into the product, which goes on sampling outside of the range.
       const Curve a = rho.curve(range.low, range.high), b = c.curve(range.low, range.high);
       curve_ = Curve::sampled([a, b](double T) { return a.value(T) * b.value(T); }, range.low, range.high);
-      density_.emplace(std::vector<double>{1});
+      density_.emplace(std::vector<double>{1}), specific_heat_.reset();  // both are in the curve
     } else {
       by_point_.emplace(rho, c, x, range);
     }

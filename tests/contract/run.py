@@ -362,6 +362,16 @@ end = "1 s"
         said = self.calor("run", "plate.toml", 'boundary.air.convection.ambient={formula="300-t",unit="K"}', code=1).stderr
         self.assertRegex(said, r"a temperature of -\d+.* K at .* is below absolute zero")
 
+    def test_a_steady_state_says_which_functions_of_time_it_takes_at_the_start(self):
+        self.calor("new", "plate")
+        steady = re.sub(r"(?ms)^\[(time|output|initial)\].*?(?=^\[)", "", (self.here / "plate.toml").read_text()) + "[steady]\n"
+        changed = steady.replace('flux = "20 kW/m^2"', 'flux = { formula = "2e4*cos(t)", unit = "W/m^2" }')
+        line = 1 + changed[:changed.index("2e4*cos")].count("\n")
+        (self.here / "steady.toml").write_text(changed)
+        self.assertIn(f"steady.toml:{line}:8: a function of time: the steady state is that of t = 0", self.calor("run", "steady.toml").stderr)
+        (self.here / "steady.toml").write_text(steady)
+        self.assertNotIn("of time", self.calor("run", "steady.toml").stderr)
+
     def interrupt(self, *words, number, code):
         """Starts a long run with a terminal for its errors, interrupts it once the progress line shows."""
         self.calor("new", "plate")

@@ -290,7 +290,7 @@ Verdict verdict(const std::string& expect) {
   const Probes probes(b.description, *b.model->cloud);
   Expectations expectations(b.description, {*b.model->cloud, b.material(), probes}, "");
   expectations.observe({}, true, std::vector<double>(b.points(), 300));
-  return expectations.verdicts({}).at(0);
+  return expectations.verdicts({}, {}).at(0);
 }
 
 TEST(Expectations, CompareProperties) {

@@ -139,6 +139,35 @@ TEST(Material, HoldsTheIntegralOfItsCapacity) {
   }
 }
 
+TEST(Material, HoldsTheIntegralOfDensityTimesSpecificHeatWhateverEitherDependsOn) {
+  using Law = double (*)(double x, double T);
+  const std::vector<std::pair<const char*, Law>> densities = {
+      {"10", [](double, double) { return 10.; }},
+      {"10 + 2*x", [](double x, double) { return 10 + 2 * x; }},
+      {"12 - 0.005*T", [](double, double T) { return 12 - 0.005 * T; }},
+      {"12 - 0.005*T + x", [](double x, double T) { return 12 - 0.005 * T + x; }}};
+  const std::vector<std::pair<const char*, Law>> heats = {
+      {"300", [](double, double) { return 300.; }},
+      {"300 + 50*x", [](double x, double) { return 300 + 50 * x; }},
+      {"300 + T/2", [](double, double T) { return 300 + T / 2; }},
+      {"300 + T/2 + 50*x", [](double x, double T) { return 300 + T / 2 + 50 * x; }}};
+  for (const auto& [rho_text, rho] : densities)
+    for (const auto& [c_text, c] : heats) {
+      const CaseModel m(plate(simple_material({.k = "1", .rho = rho_text, .c = c_text})));
+      for (const double T : {250., 400., 777.}) {
+        const Properties p = properties(m, T);
+        for (int i = 0; i < m.cloud().owned; ++i) {
+          const double x = m.cloud().x[i].x;
+          const auto rho_c = [&](double at) { return rho(x, at) * c(x, at); };
+          // The rule of Simpson, exact for polynomials of the third degree.
+          const double H = (T - 400) / 6 * (rho_c(400) + 4 * rho_c(0.5 * (400 + T)) + rho_c(T));
+          EXPECT_NEAR(p.rho_c[i], rho_c(T), 1e-9 * rho_c(T)) << rho_text << ", " << c_text;
+          EXPECT_NEAR(p.H[i], H, 1e-9 * (1 + std::abs(H))) << rho_text << ", " << c_text;
+        }
+      }
+    }
+}
+
 TEST(Material, SeesAPeakFarFromTheTemperaturesOfTheStart) {
   // Steel that melts at 1700 K, in a body between 300 K and 1000 K: what it holds at 1800 K has the latent heat in it.
   const std::string text = plate(simple_material({.k = "1", .rho = "10", .c = "500 + 2e4*exp(-((T - 1700)/10)^2)"}));
