@@ -133,6 +133,23 @@ def of_shapes(case: Mapping[str, Any], dimension: int) -> Iterator[str]:
             yield from (C, f"{C} - {quantities.in_unit(length, 'm'):.15g}")
 
 
+def of_cracks(case: Mapping[str, Any], dimension: int) -> list[str]:
+    """The planes of all cracks, each once: distances from them, m."""
+    planes: dict[str, None] = {}
+    for crack in case.get("crack", []):
+        corners = np.array([[quantities.in_unit(c, "m") for c in listed(crack[axis])] for axis in "xyz"[:dimension]]).T
+        edges = np.diff(corners, axis=0)
+        if dimension == 2:
+            pieces = [(corner, np.array([-along[1], along[0]])) for corner, along in zip(corners, edges)]
+        else:
+            pieces = [(corners[0], sum(np.cross(a - corners[0], b - corners[0]) for a, b in zip(corners[1:], corners[2:])))]
+        for corner, normal in pieces:
+            normal = normal / np.linalg.norm(normal) * np.sign(normal[np.abs(normal).argmax()])
+            terms = [f"{n:.12g}*{c}" for n, c in zip(normal, "xyz") if abs(n) > 1e-12]
+            planes[f"{' + '.join(terms)} - ({round(float(normal @ corner), 14):.12g})"] = None
+    return list(planes)
+
+
 @dataclass
 class Sides:
     """A part, or which lie where a formula is negative and where not."""

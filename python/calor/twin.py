@@ -17,7 +17,7 @@ from . import quantities, refine
 from .case import Case
 from .certify import METHODS, check_methods
 from .command import CalorError, CaseError, side_by_side, together
-from .interfaces import evaluated, interfaces
+from .interfaces import evaluated, interfaces, of_cracks
 from .result import Array, Fields, Result
 
 FACTORS = (1, 1.5, 2)
@@ -96,6 +96,12 @@ def wave_along(n: int, fields: Fields) -> str:
     return f"cos({rate:.9g}*{'xyz'[n]} + {PHASES[n] - rate * fields.x[:, n].min():.9g})"
 
 
+def level_at_cracks(case: Mapping[str, Any], fields: Fields) -> list[str]:
+    """Factors that are 0 on the planes of cracks, with all of their slopes: no heat crosses."""
+    largest = {plane: np.abs(evaluated(plane, fields.x)).max() for plane in of_cracks(case, fields.dimension)}  # type: ignore[arg-type]
+    return [f"(({plane})/{most:.9g})^2" for plane, most in largest.items()]
+
+
 def in_time(end: float) -> list[str]:
     return [f"(1 + 0.4*sin({3 / end:.9g}*t))/1.4"] if end else []
 
@@ -106,7 +112,7 @@ def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
     fields = result.fields()
     layers = layers_of(case)
     across = case["body"]["along"] if layers else ""
-    waves = [wave_along(n, fields) for n in range(fields.dimension) if "xyz"[n] != across]
+    waves = [wave_along(n, fields) for n in range(fields.dimension) if "xyz"[n] != across] + level_at_cracks(case, fields)
     of_layers = waves_across(layers, across, fields.x[:, "xyz".index(across)].min()) if layers else [("", math.inf)]
     formulas = [f"{middle:.9g} + " + "*".join([f"{SWING * span:.9g}", *([wave] if wave else []), *waves, *in_time(end)]) for wave, _ in of_layers]
     whole = formulas[-1]
@@ -140,7 +146,7 @@ def solution_of_parts(base: Case, case: Mapping[str, Any], result: Result, end: 
     fields = base.changed({**moment, "expect": [], "output.fields": True, "twin": uniform.keys()}).run(result.folder.parent / "uniform", show_progress=False).fields()
     k = conductivities(fields, meeting.is_on)
     factors, psi = [], np.ones(len(fields.x))
-    for formula in [*meeting.sides.formulas(), *(wave_along(n, fields) for n in range(fields.dimension))]:
+    for formula in [*meeting.sides.formulas(), *(wave_along(n, fields) for n in range(fields.dimension)), *level_at_cracks(case, fields)]:
         value = evaluated(formula, fields.x)
         assert value is not None
         factors.append(f"({formula})/{np.abs(value).max():.9g}")
@@ -192,7 +198,8 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     levels: Sequence[float] = factors if factors is not None else (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
     refine.check_factors(levels, 2)
     ran = base.changed({"output.fields": True}).run(into / "case", show_progress=False)
-    known = solution(written, ran, end) if parts_of(written) == 1 or layers_of(written) else solution_of_parts(base, written, ran, end)
+    has_waves = parts_of(written) == 1 or (layers_of(written) and "crack" not in written)
+    known = solution(written, ran, end) if has_waves else solution_of_parts(base, written, ran, end)
     formula, span = known.whole, known.span
     say(f"T = {formula} K")
     replaced: dict[str, Any] = {"twin": known.keys(), "output.fields": False,

@@ -20,8 +20,8 @@ struct Twin {
   std::vector<Function> of_part;  ///< the same in every part, smooth beyond it; none of a body of one part
 };
 
-/// The solution of [twin]; nothing where the case has none. Refuses bodies that have no twin: with cracks, with points
-/// off their walls. Throws Error.
+/// The solution of [twin]; nothing where the case has none. Refuses solutions whose heat crosses a crack, and bodies
+/// that have no twin: with points off their walls. Collective; throws Error.
 std::optional<Twin> read_twin(const Case& c, const Cloud& cloud);
 
 /// Gives all prescribed temperatures, and those of the start, the values of the solution.

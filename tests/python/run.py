@@ -892,7 +892,24 @@ class Twins(unittest.TestCase):
             twin.twin(ROOT / "cases/mesh/two-materials.toml", "mesh")
 
 
+    def test_cracked_bodies_have_one_that_is_level_across_the_cracks(self):
+        # Two lines that meet, between the points at all spacings.
+        case = {"title": "Cracked", "method": "sph", "cloud": {"shape": "box", "size": ["1 m", "1 m"], "points": [14, 14]}, "material": {"m": {"conductivity": "5 W/(m K)"}},
+                "crack": [{"x": ["0.2 m", "0.61 m", "0.61 m"], "y": ["0.42 m", "0.42 m", "0.8 m"]}],
+                "boundary": {"hot": {"on": "xmin", "temperature": "400 K"}, "air": {"on": ["xmax", "ymax"], "convection": {"h": "50 W/(m^2 K)", "ambient": "300 K"}}}, "steady": {}}
+        pathlib.Path("cracked.toml").write_text(toml.write(case))
+        for one in twin.twin("cracked.toml", methods=["sph", "mlpg"], factors=[1, 4]).of_methods:
+            self.assertGreater(one.order, 1.5, one)
+
+
 class Interfaces(unittest.TestCase):
+    def test_planes_of_cracks_are_those_of_their_corners(self):
+        of = interfaces.of_cracks({"crack": [{"x": ["0 m", "1 m", "2 m"], "y": ["0 m", "0 m", "1 m"]}, {"x": ["3 m", "2 m"], "y": ["0 m", "0 m"]}]}, 2)
+        away = [interfaces.evaluated(plane, np.array([[1.0, 2.0, 0.0]])) for plane in of]
+        np.testing.assert_allclose(np.abs(away), [[2], [2 / np.sqrt(2)]], rtol=1e-11)
+        of = interfaces.of_cracks({"crack": [{"x": ["0 m", "1 m", "1 m", "0 m"], "y": ["0 m", "0 m", "1 m", "1 m"], "z": ["2 m"] * 4}]}, 3)
+        np.testing.assert_allclose([interfaces.evaluated(plane, np.array([[1.0, 2.0, 5.0]])) for plane in of], [[3]])
+
     def test_conditions_turn_where_their_comparisons_are_0(self):
         for condition, formulas in {"x < 0.1 && (y >= z + 1 || (x > 2*y))": ["x - 0.1", "y - (z + 1)", "x - (2*y)"], "abs(x - 1) < 2": ["(x - 1) - 2", "(x - 1) + 2"],
                                     "r < 3": ["r^2 - 3^2"], "(x + 1)*(y + 2) < 3": ["((x + 1)*(y + 2)) - 3"], "x < 1 ? y < 2 : 1": ["x - 1", "y - 2"]}.items():

@@ -105,6 +105,23 @@ TEST(TwinParallel, IsTheSameOnAnyNumberOfRanks) {
   EXPECT_NEAR(error(text, MPI_COMM_WORLD), error(text), 1e-6);
 }
 
+/// A crack between the rows of points, with a solution that is level across its line.
+std::string cracked(const std::vector<int>& points, const std::string& method,
+                    const std::string& T = "350 + 100*(y - 0.31)^2*cos(2*x + 0.3)") {
+  return plate(T, method, points, "[steady]\n[[crack]]\nx = [\"0.33 m\", \"0.68 m\"]\ny = [\"0.31 m\", \"0.31 m\"]\n");
+}
+
+TEST(Twin, OfACrackedBodyConverges) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    const double coarse = error(cracked({21, 13}, method)), fine = error(cracked({81, 49}, method));
+    EXPECT_GT(0.5 * std::log2(coarse / fine), 1.5) << method << ": " << coarse << ", " << fine;
+  }
+}
+
+TEST(TwinParallel, OfACrackedBodyIsTheSameOnAnyNumberOfRanks) {
+  EXPECT_NEAR(error(cracked({11, 7}, "sph"), MPI_COMM_WORLD), error(cracked({11, 7}, "sph")), 1e-8);
+}
+
 TEST(Twin, WhatHasNoneIsRefused) {
   const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
     expect_refused(text, words);
@@ -114,6 +131,7 @@ TEST(Twin, WhatHasNoneIsRefused) {
   refused(plate(wavy, "sph", {11, 7}, "[steady]\n"), {"depends on t"});
   refused(replaced(plate("300 + x", "sph", {11, 7}), "points = [11, 7]", "points = [11, 7]\nat = \"cells\""),
           {"off its walls"});
+  refused(cracked({11, 7}, "sph", "300 + 10*y"), {"its heat would cross the crack", "0.31, 0) m"});
   const std::string two = layers("sph", {11, 7});
   const auto first = two.find("[[twin.part]]"), second = two.find("[[twin.part]]", first + 1);
   refused(two.substr(0, first) + two.substr(second), {"1 solutions for 2 parts", "[[twin.part]]"});
