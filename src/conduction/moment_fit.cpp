@@ -127,16 +127,16 @@ VectorN softness(const Cloud& cloud, const MatrixN& B) {
 /// One fit.
 class MomentFit {
  public:
-  MomentFit(const Cloud& cloud, const Neighbours& neighbours) : cloud_(cloud), changes_(cloud, neighbours) {
+  MomentFit(const Cloud& cloud, const Neighbours& neighbours)
+      : cloud_(cloud), changes_(cloud, neighbours), groups_((cloud.owned + lanes - 1) / lanes) {
     const std::vector<Six> moments = wanted_moments(cloud, neighbours);
     const std::vector<Vec3> sums = wanted_sums(cloud, neighbours);
-    wanted_.resize(cloud.owned);
     for (int i = 0; i < cloud.owned; ++i) {
-      for (int a = 0; a < 3; ++a) wanted_[i][a] = sums[i][a];
-      for (int c = 0; c < 6; ++c) wanted_[i][3 + c] = moments[i][c];
+      std::array<double, N> wanted;
+      for (int a = 0; a < 3; ++a) wanted[a] = sums[i][a];
+      for (int c = 0; c < 6; ++c) wanted[3 + c] = moments[i][c];
+      if (wanted != wanted_inside(i)) at_surface_.push_back({i, wanted});
     }
-    const std::size_t groups = (cloud.owned + lanes - 1) / lanes;
-    inverse_.resize(groups), soft_.resize(groups), r_.resize(groups), z_.resize(groups);
   }
 
   /// Normal equations of the least change of g, in the metric of g:
@@ -146,16 +146,15 @@ class MomentFit {
   /// with the parts c_i and c_j that the unknowns of both points have in c_ij; rows are multiplied by their inverses.
   /// Returns the root mean square of G/g - 1, in the metric of g. Collective.
   double change(std::span<double> g) {
-    prepare(g);
     ChebyshevSteps steps({.least = least_of_fit, .largest = 2});
+    prepare(g);
     for (int step = 0; step < steps_of_fit; ++step) {
-      if (step > 0) subtract_product(g, steps.alpha);
       steps.advance();
-      search(steps.alpha, steps.beta);
+      if (step > 0) search(g, steps.beta);
+      for (int i = 0; i < cloud_.owned; ++i)
+        for (int a = 0; a < N; ++a) changes_.at(i)[a] += steps.alpha * groups_[i / lanes].p.v[a][i % lanes];
+      changes_.update_ghosts();
     }
-    for (int i = 0; i < cloud_.owned; ++i)
-      for (int a = 0; a < N; ++a) changes_.at(i)[a] = z_[i / lanes].v[a][i % lanes];
-    changes_.update_ghosts();
     std::vector<double> squares(2 * static_cast<std::size_t>(cloud_.owned));
     changes_.for_each_change([&](int i, std::int64_t n, double c) CALOR_ALWAYS_INLINE {
       squares[2 * i] += g[n] * c * c, squares[2 * i + 1] += g[n];
@@ -168,13 +167,33 @@ class MomentFit {
  private:
   int owned_in(std::size_t group) const { return std::min(lanes, cloud_.owned - static_cast<int>(group) * lanes); }
 
-  /// Blocks and the residual of no change at all.
+  /// Of (L) and (M), away from the surface.
+  std::array<double, N> wanted_inside(int i) const {
+    std::array<double, N> wanted = {};
+    for (int c = 0; c < cloud_.dimension; ++c) wanted[3 + c] = 2 * cloud_.volume[i];
+    return wanted;
+  }
+  Unknowns wanted(std::size_t group) const {
+    Unknowns wanted;
+    const int first = static_cast<int>(group) * lanes, count = owned_in(group);
+    auto own = std::ranges::lower_bound(at_surface_, first, {}, &Wanted::point);
+    for (int lane = 0; lane < count; ++lane) {
+      const bool is_inside = own == at_surface_.end() || own->point != first + lane;
+      const std::array<double, N> sums = is_inside ? wanted_inside(first + lane) : (own++)->sums;
+      for (int a = 0; a < N; ++a) wanted.v[a][lane] = sums[a];
+    }
+    return wanted;
+  }
+
+  /// No change yet, blocks, and p = r of the first step.
   void prepare(std::span<const double> g) {
-    for (std::size_t k = 0; k < inverse_.size(); ++k) {
-      Unknowns off;
-      z_[k] = soft_[k] = {}, inverse_[k] = identity();
+    for (std::size_t k = 0; k < groups_.size(); ++k) {
+      Group& group = groups_[k];
+      Unknowns r = wanted(k);
+      group.soft = {}, group.inverse = identity();
       for (int lane = 0; lane < owned_in(k); ++lane) {
         const int i = static_cast<int>(k) * lanes + lane;
+        std::ranges::fill(changes_.at(i), 0);
         const Changes::Block own = changes_.block(g.data(), i);
         MatrixN B;
         std::size_t n = 0;
@@ -184,55 +203,56 @@ class MomentFit {
         n = 0;
         for (int a = 0; a < N; ++a) {
           const double diagonal = B(a, a) + soft[a];
-          inverse_[k].v[n++][lane] = diagonal == 0 ? 1 : diagonal;  // components that neither has stay out
-          for (int b = a + 1; b < N; ++b) inverse_[k].v[n++][lane] = B(a, b);
+          group.inverse.v[n++][lane] = diagonal == 0 ? 1 : diagonal;  // components that neither has stay out
+          for (int b = a + 1; b < N; ++b) group.inverse.v[n++][lane] = B(a, b);
         }
         const std::array<double, N> now = {own.first[0], own.first[1], own.first[2], B(0, 0), B(1, 1),
                                            B(2, 2),      B(0, 1),      B(0, 2),      B(1, 2)};
-        for (int a = 0; a < N; ++a) off.v[a][lane] = wanted_[i][a] - now[a];
-        for (int a = 3; a < N; ++a) soft_[k].v[a][lane] = soft[a];  // (L) is none the softer for it
+        for (int a = 0; a < N; ++a) r.v[a][lane] -= now[a];
+        for (int c = 0; c < 6; ++c) group.soft.v[c][lane] = soft[3 + c];  // (L) is none the softer for it
       }
       run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
-        invert(inverse_[k]);
-        r_[k] = product(inverse_[k], off);
+        invert(group.inverse);
+        group.p = product(group.inverse, r);
       });
     }
   }
 
-  /// r -= alpha times the blocks' inverses times the matrix times p.
-  void subtract_product(std::span<const double> g, double alpha) {
-    std::array<double, lanes * N> effect;
-    for (std::size_t k = 0; k < r_.size(); ++k) {
+  /// p = r + beta p of the unknowns z as they are, r: the blocks' inverses times wanted - C g - (C g C^T + S) z.
+  void search(std::span<const double> g, double beta) {
+    std::array<double, lanes * N> now;
+    for (std::size_t k = 0; k < groups_.size(); ++k) {
+      Group& group = groups_[k];
       const int first = static_cast<int>(k) * lanes, count = owned_in(k);
-      changes_.effects(g.data(), first, first + count, effect.data());
-      Unknowns y, p;
+      changes_.changed_sums(g.data(), first, first + count, now.data());
+      Unknowns r = wanted(k), z;
       for (int lane = 0; lane < count; ++lane)
-        for (int a = 0; a < N; ++a) y.v[a][lane] = effect[lane * N + a], p.v[a][lane] = changes_.at(first + lane)[a];
+        for (int a = 0; a < N; ++a) r.v[a][lane] -= now[lane * N + a], z.v[a][lane] = changes_.at(first + lane)[a];
       run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
-        for (int a = 3; a < N; ++a) y[a] += soft_[k][a] * p[a];
-        const Unknowns Ap = product(inverse_[k], y);
-        for (int a = 0; a < N; ++a) r_[k][a] -= alpha * Ap[a];
+        for (int c = 0; c < 6; ++c) r[3 + c] -= group.soft[c] * z[3 + c];
+        r = product(group.inverse, r);
+        for (int a = 0; a < N; ++a) group.p[a] = r[a] + beta * group.p[a];
       });
     }
   }
 
-  /// p = r + beta p, which is what the changes are made of while the fit goes on; z += alpha p.
-  void search(double alpha, double beta) {
-    for (int i = 0; i < cloud_.owned; ++i) {
-      for (int a = 0; a < N; ++a) {
-        double& p = changes_.at(i)[a];
-        p = r_[i / lanes].v[a][i % lanes] + beta * p;
-        z_[i / lanes].v[a][i % lanes] += alpha * p;
-      }
-    }
-    changes_.update_ghosts();
-  }
+  /// What a point wants that lies at the surface, or in an axisymmetric body.
+  struct Wanted {
+    int point;
+    std::array<double, N> sums;
+  };
+  /// Of eight points. On clouds of many neighbours the fit needs the most memory of all that makes them: residuals,
+  /// which follow from z, are not kept.
+  struct Group {
+    SymmetricMatrix inverse;
+    Numbers<6> soft;
+    Unknowns p;
+  };
 
   const Cloud& cloud_;
-  Changes changes_;
-  std::vector<std::array<double, N>> wanted_;  // of (L) and (M)
-  std::vector<SymmetricMatrix> inverse_;
-  std::vector<Unknowns> soft_, r_, z_;
+  Changes changes_;  // of z
+  std::vector<Group> groups_;
+  std::vector<Wanted> at_surface_;  // by their points
 };
 
 }  // namespace

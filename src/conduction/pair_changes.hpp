@@ -59,7 +59,14 @@ class PairChanges {
   template <class Weight>
   void effects(const Weight* g, int begin, int end, Number* y) const {
     run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
-      neighbours_.image.empty() ? add_up<false>(g, begin, end, y) : add_up<true>(g, begin, end, y);
+      neighbours_.image.empty() ? add_up<false>(g, 0, begin, end, y) : add_up<true>(g, 0, begin, end, y);
+    });
+  }
+  /// The same with g_ij (1 + c_ij), what the weights become.
+  template <class Weight>
+  void changed_sums(const Weight* g, int begin, int end, Number* y) const {
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      neighbours_.image.empty() ? add_up<false>(g, 1, begin, end, y) : add_up<true>(g, 1, begin, end, y);
     });
   }
 
@@ -152,13 +159,13 @@ class PairChanges {
   }
 
   template <bool has_images, class Weight>
-  CALOR_ALWAYS_INLINE inline void add_up(const Weight* g, int begin, int end, Number* y) const {
+  CALOR_ALWAYS_INLINE inline void add_up(const Weight* g, Number kept, int begin, int end, Number* y) const {
     for (int i = begin; i < end; ++i) {
       // Two sums, so that one addition need not wait for the other.
       Vector sum[2][parts] = {};
       const auto add = [&](std::int64_t n, int s) CALOR_ALWAYS_INLINE {
         const Pair p = pair<has_images>(i, n);
-        const Vector w = static_cast<Number>(g[n]) * p.change;
+        const Vector w = static_cast<Number>(g[n]) * (kept + p.change);
         sum[s][0] += w * p.x;
         if constexpr (tensors) sum[s][1] += w * p.squares, sum[s][2] += w * p.mixed;
       };
