@@ -16,8 +16,11 @@ Components components(const Cloud& cloud, const Neighbours& neighbours) {
     while (parent[i] != i) i = parent[i] = parent[parent[i]];
     return i;
   };
-  for (int i = 0; i < cloud.owned; ++i)
-    for (const int j : neighbours.of(i)) parent[root(i)] = root(j);
+  for (int i = 0; i < cloud.owned; ++i) {
+    int own = root(i);
+    for (const int j : neighbours.of(i))
+      if (const int other = root(j); other != own) own = parent[own] = other;
+  }
 
   // The least id of every component, carried from rank to rank by the ghosts.
   std::vector<double> first(cloud.id.begin(), cloud.id.end());

@@ -51,6 +51,14 @@ CALOR_ALWAYS_INLINE inline void add_stencil(const Flux& flux, std::int64_t first
 
 }  // namespace
 
+std::vector<double> PairRows::weights_of(const Neighbours& neighbours) {
+  const std::size_t entries = neighbours.column.size();
+  std::vector<double> G;
+  G.reserve(entries + entries / 4);
+  G.resize(entries);
+  return G;
+}
+
 PairRows::PairRows(Neighbours neighbours, std::vector<double> G) {
   const auto rows = static_cast<std::int32_t>(neighbours.row.size() - 1);
   entries_ = static_cast<std::int64_t>(neighbours.column.size());

@@ -21,6 +21,9 @@ class PairRows {
   /// Of the rows of `neighbours`, which have no images; G[n] belongs to neighbours.column[n]. Both are packed where
   /// they lie: on clouds they are by far the largest arrays of a run, and no second copy is made of them.
   PairRows(Neighbours neighbours, std::vector<double> G);
+  /// A weight 0 for every entry, and room for those that fill up groups when the weights are packed; room that is never
+  /// used costs no memory.
+  static std::vector<double> weights_of(const Neighbours& neighbours);
 
   int count() const { return static_cast<int>(where_.size()); }
   std::int64_t entries() const { return entries_; }

@@ -115,7 +115,7 @@ Support Peridynamics::support() const {
 }
 
 std::vector<double> base_weights(const Cloud& cloud, const Neighbours& neighbours, const Peridynamics& options) {
-  std::vector<double> g(neighbours.column.size());
+  std::vector<double> g = PairRows::weights_of(neighbours);
   const double kappa = micro_conductivity(cloud.dimension, options.n, 1);
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {

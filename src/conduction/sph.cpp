@@ -118,7 +118,7 @@ double cubic_spline_F(double r, double h, int dimension) {
 
 std::vector<double> sph_base_weights(const Cloud& cloud, const Neighbours& neighbours, std::span<const double> V,
                                      double smoothing) {
-  std::vector<double> g(neighbours.column.size());
+  std::vector<double> g = PairRows::weights_of(neighbours);
   for (int i = 0; i < cloud.owned; ++i) {
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const int j = neighbours.column[n];

@@ -72,19 +72,6 @@ TrussGrid::TrussGrid(const Bounds& body, const Vec3& spacing, int dimension, dou
   }
 }
 
-TrussGrid::Place TrussGrid::place(const Vec3& x) const {
-  std::int32_t node = 0, stride = 1;
-  Vec3 at;
-  for (int a = 0; a < 3; ++a) {
-    const double along = (x[a] - low_[a]) * over_width_[a];
-    const std::int32_t cell = std::clamp(static_cast<std::int32_t>(along), 0, std::max(along_[a] - 2, 0));
-    at[a] = along - cell;
-    node += stride * cell;
-    stride *= along_[a];
-  }
-  return {node, at};
-}
-
 Vec3 TrussGrid::node(std::int32_t n) const {
   Vec3 x = low_;
   for (int a = 0; a < 3; n /= along_[a++]) x[a] += n % along_[a] * width_[a];

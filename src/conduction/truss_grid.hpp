@@ -1,6 +1,7 @@
 #pragma once
 // An elastic solid on a grid of equal cells over the whole body, which stands for a truss of many pairs
 // (coarse_truss.hpp). Every rank holds the whole grid.
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -28,7 +29,18 @@ class TrussGrid {
     Vec3 at;
   };
   std::int32_t nodes() const { return along_[0] * along_[1] * along_[2]; }
-  Place place(const Vec3& x) const;
+  CALOR_ALWAYS_INLINE Place place(const Vec3& x) const {
+    std::int32_t node = 0, stride = 1;
+    Vec3 at;
+    for (int a = 0; a < 3; ++a) {
+      const double along = (x[a] - low_[a]) * over_width_[a];
+      const std::int32_t cell = std::clamp(static_cast<std::int32_t>(along), 0, std::max(along_[a] - 2, 0));
+      at[a] = along - cell;
+      node += stride * cell;
+      stride *= along_[a];
+    }
+    return {node, at};
+  }
   Vec3 node(std::int32_t n) const;
 
   /// Numbers of the eight corners of a cell; corner k has the bits of its coordinates.
