@@ -1,5 +1,4 @@
 // The fit of second moments (M) and linear consistency (L) together: one least change of the weights towards both.
-#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,8 +16,6 @@ namespace {
 
 using Changes = PairChanges<true>;
 constexpr int N = Changes::unknowns;
-using MatrixN = Eigen::Matrix<double, N, N>;
-using VectorN = Eigen::Matrix<double, N, 1>;
 
 /// Steps of the fit, and the least eigenvalue that it damps. (M) and (L) together are over-determined, so the fit must
 /// not be exact: what these steps leave, fields that change their sign from point to point, is neither in the errors
@@ -52,44 +49,49 @@ struct Numbers {
 };
 using Unknowns = Numbers<N>;
 using SymmetricMatrix = Numbers<N*(N + 1) / 2>;  // upper triangles, row by row
+constexpr int diagonal(int a) { return a * N - a * (a - 1) / 2; }
 
-CALOR_ALWAYS_INLINE inline Unknowns product(const SymmetricMatrix& M, const Unknowns& x) {
-  Unknowns y;
-  int n = 0;
+/// Moments of second to fourth order, as numerous as a block has entries that differ.
+constexpr int moments = 31;
+/// Which of them an entry of the upper triangle is: products of the same powers of x, y and z are one moment.
+constexpr auto moment_of = [] {
+  constexpr int powers[N] = {100, 10, 1, 200, 20, 2, 110, 101, 11};
+  std::array<int, N*(N + 1) / 2> moment = {}, known = {};
+  int count = 0, n = 0;
   for (int a = 0; a < N; ++a) {
-    y[a] += M[n++] * x[a];
-    for (int b = a + 1; b < N; ++b, ++n) y[a] += M[n] * x[b], y[b] += M[n] * x[a];
-  }
-  return y;
-}
-
-/// Replaces positive definite matrices by their inverses, by Gauss and Jordan; row by row, one pivot after another.
-CALOR_ALWAYS_INLINE inline void invert(SymmetricMatrix& M) {
-  using Lanes = SymmetricMatrix::Lanes;
-  Lanes A[N][N];
-  for (int a = 0, n = 0; a < N; ++a)
-    for (int b = a; b < N; ++b) A[a][b] = A[b][a] = M[n++];
-  for (int k = 0; k < N; ++k) {
-    const Lanes pivot = 1 / A[k][k];
-    Lanes row[N];
-    for (int b = 0; b < N; ++b) row[b] = A[k][b] * pivot, A[k][b] = row[b];
-    A[k][k] = row[k] = pivot;
-    for (int a = 0; a < N; ++a) {
-      if (a == k) continue;
-      const Lanes factor = A[a][k];
-      A[a][k] = Lanes{};
-      for (int b = 0; b < N; ++b) A[a][b] -= factor * row[b];
+    for (int b = a; b < N; ++b, ++n) {
+      int k = 0;
+      while (k < count && known[k] != powers[a] + powers[b]) ++k;
+      if (k == count) known[count++] = powers[a] + powers[b];
+      moment[n] = k;
     }
   }
-  for (int a = 0, n = 0; a < N; ++a)
-    for (int b = a; b < N; ++b) M[n++] = 0.5 * (A[a][b] + A[b][a]);
-}
+  return moment;
+}();
+/// Where xx yy zz xy xz yz stand in the upper triangle.
+constexpr int square[6] = {diagonal(0), diagonal(1), diagonal(2), 1, 2, diagonal(1) + 1};
+static_assert(*std::ranges::max_element(moment_of) == moments - 1);
 
-SymmetricMatrix identity() {
-  SymmetricMatrix I;
-  for (int a = 0, n = 0; a < N; n += N - a++)
-    for (double& one : I.v[n]) one = 1;
-  return I;
+/// M^-1 b of positive definite M, by elimination.
+CALOR_ALWAYS_INLINE inline Unknowns solution(SymmetricMatrix M, Unknowns b) {
+  using Lanes = SymmetricMatrix::Lanes;
+  Lanes over_pivot[N];
+#pragma GCC unroll 9
+  for (int k = 0; k < N; ++k) {
+    const int row = diagonal(k) - k;
+    over_pivot[k] = 1 / M[row + k];
+    for (int a = k + 1; a < N; ++a) {
+      const Lanes factor = M[row + a] * over_pivot[k];
+      for (int c = a; c < N; ++c) M[diagonal(a) - a + c] -= factor * M[row + c];
+      b[a] -= factor * b[k];
+    }
+  }
+#pragma GCC unroll 9
+  for (int k = N - 1; k >= 0; --k) {
+    for (int a = k + 1; a < N; ++a) b[k] -= M[diagonal(k) - k + a] * b[a];
+    b[k] *= over_pivot[k];
+  }
+  return b;
 }
 
 /// 2 V_i I of the owned points. Off the walls, a facet at the distance y carries 2 A y n (x) n of it: the heat of a
@@ -110,18 +112,32 @@ std::vector<Six> wanted_moments(const Cloud& cloud, const Neighbours& neighbours
   return wanted;
 }
 
+/// Blocks of eight points, regular, and what softens their rows.
+struct Blocks {
+  SymmetricMatrix matrix;
+  Unknowns soft;
+};
+
 /// What softens the rows of (M), and keeps blocks of points regular whose neighbours lie in a plane or on a line: parts
 /// of the diagonal. On isotropic clouds it is the diagonal that neighbours alike in all directions would give, so that
 /// the fit turns with the body.
-VectorN softness(const Cloud& cloud, const MatrixN& B) {
+CALOR_ALWAYS_INLINE inline Blocks soft_blocks(const Cloud& cloud, const Numbers<moments>& moment) {
+  using Lanes = SymmetricMatrix::Lanes;
+  Blocks B;
+  for (std::size_t n = 0; n < moment_of.size(); ++n) B.matrix[n] = moment[moment_of[n]];
+  const auto entry = [&](int a, int b) CALOR_ALWAYS_INLINE { return B.matrix[diagonal(a) - a + b]; };
   const int D = cloud.dimension;
-  const double second = B.block<3, 3>(0, 0).trace() / D, fourth = B.block<3, 3>(3, 3).sum() / (D * (D + 2));
-  VectorN soft = B.diagonal();
-  for (int c = 0; c < N && cloud.isotropic; ++c)
-    if (soft[c] > 0) soft[c] = c < 3 ? second : (c < 6 ? 3.0 : 1.5) * fourth;
-  soft.head<3>() *= softness_of_nearest;
-  soft.tail<6>() *= cloud.nearest_volumes ? softness_of_nearest : softness_of_others;
-  return soft;
+  const Lanes second = (entry(0, 0) + entry(1, 1) + entry(2, 2)) / D,
+              fourth = (entry(3, 3) + entry(4, 4) + entry(5, 5) + 2 * (entry(3, 4) + entry(3, 5) + entry(4, 5))) /
+                       (D * (D + 2));
+  const double softness = cloud.nearest_volumes ? softness_of_nearest : softness_of_others;
+  for (int c = 0; c < N; ++c) {
+    const Lanes own = entry(c, c), alike = c < 3 ? second : (c < 6 ? 3.0 : 1.5) * fourth;
+    B.soft[c] = (c < 3 ? softness_of_nearest : softness) * (cloud.isotropic ? own > 0 ? alike : own : own);
+    const Lanes sum = own + B.soft[c];
+    B.matrix[diagonal(c)] = sum == 0 ? sum + 1 : sum;  // components that neither has stay out
+  }
+  return B;
 }
 
 /// One fit.
@@ -185,36 +201,22 @@ class MomentFit {
     return wanted;
   }
 
-  /// No change yet, blocks, and p = r of the first step.
+  /// No change yet, moments, and p = r of the first step.
   void prepare(std::span<const double> g) {
     for (std::size_t k = 0; k < groups_.size(); ++k) {
       Group& group = groups_[k];
       Unknowns r = wanted(k);
-      group.soft = {}, group.inverse = identity();
+      group.moment = {};
       for (int lane = 0; lane < owned_in(k); ++lane) {
         const int i = static_cast<int>(k) * lanes + lane;
         std::ranges::fill(changes_.at(i), 0);
         const Changes::Block own = changes_.block(g.data(), i);
-        MatrixN B;
-        std::size_t n = 0;
-        for (int a = 0; a < N; ++a)
-          for (int b = a; b < N; ++b) B(a, b) = B(b, a) = own.upper[n++];
-        const VectorN soft = softness(cloud_, B);
-        n = 0;
-        for (int a = 0; a < N; ++a) {
-          const double diagonal = B(a, a) + soft[a];
-          group.inverse.v[n++][lane] = diagonal == 0 ? 1 : diagonal;  // components that neither has stay out
-          for (int b = a + 1; b < N; ++b) group.inverse.v[n++][lane] = B(a, b);
-        }
-        const std::array<double, N> now = {own.first[0], own.first[1], own.first[2], B(0, 0), B(1, 1),
-                                           B(2, 2),      B(0, 1),      B(0, 2),      B(1, 2)};
-        for (int a = 0; a < N; ++a) r.v[a][lane] -= now[a];
-        for (int c = 0; c < 6; ++c) group.soft.v[c][lane] = soft[3 + c];  // (L) is none the softer for it
+        for (std::size_t n = 0; n < own.upper.size(); ++n) group.moment.v[moment_of[n]][lane] = own.upper[n];
+        for (int a = 0; a < 3; ++a) r.v[a][lane] -= own.first[a];
+        for (int c = 0; c < 6; ++c) r.v[3 + c][lane] -= own.upper[square[c]];
       }
-      run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
-        invert(group.inverse);
-        group.p = product(group.inverse, r);
-      });
+      run_vectorised([&]<int>()
+                         CALOR_ALWAYS_INLINE { group.p = solution(soft_blocks(cloud_, group.moment).matrix, r); });
     }
   }
 
@@ -229,8 +231,9 @@ class MomentFit {
       for (int lane = 0; lane < count; ++lane)
         for (int a = 0; a < N; ++a) r.v[a][lane] -= now[lane * N + a], z.v[a][lane] = changes_.at(first + lane)[a];
       run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
-        for (int c = 0; c < 6; ++c) r[3 + c] -= group.soft[c] * z[3 + c];
-        r = product(group.inverse, r);
+        const Blocks B = soft_blocks(cloud_, group.moment);
+        for (int a = 3; a < N; ++a) r[a] -= B.soft[a] * z[a];  // (L) is none the softer for it
+        r = solution(B.matrix, r);
         for (int a = 0; a < N; ++a) group.p[a] = r[a] + beta * group.p[a];
       });
     }
@@ -241,11 +244,10 @@ class MomentFit {
     int point;
     std::array<double, N> sums;
   };
-  /// Of eight points. On clouds of many neighbours the fit needs the most memory of all that makes them: residuals,
-  /// which follow from z, are not kept.
+  /// Of eight points. The fit needs the most memory of all that makes a cloud: what follows from z and the moments,
+  /// residuals and inverses, is not kept.
   struct Group {
-    SymmetricMatrix inverse;
-    Numbers<6> soft;
+    Numbers<moments> moment;
     Unknowns p;
   };
 

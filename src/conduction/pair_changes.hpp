@@ -70,11 +70,11 @@ class PairChanges {
     });
   }
 
-  /// What the unknowns of a point do to the point itself: upper triangle, row by row, of a symmetric matrix; and
-  /// sum_j g_ij x_ji. With tensors.
+  /// What the unknowns of a point do to the point itself: of a symmetric matrix the upper triangle, row by row, but the
+  /// rows of mixed components, which hold nothing that those before do not hold, too; and sum_j g_ij x_ji. With tensors.
   struct Block {
     std::array<Number, 3> first;
-    std::array<Number, 45> upper;
+    std::array<Number, 39> upper;
   };
   template <class Weight>
   Block block(const Weight* g, int i) const {
@@ -180,21 +180,21 @@ class PairChanges {
 
   template <bool has_images, class Weight>
   CALOR_ALWAYS_INLINE inline void add_up_block(const Weight* g, int i, Block& B) const {
-    Vector first = {}, rows[9][3] = {};
+    Vector first = {}, rows[6][3] = {};
     for (auto n = neighbours_.row[i]; n < neighbours_.row[i + 1]; ++n) {
       const Pair p = pair<has_images>(i, n);
       const Number weight = static_cast<Number>(g[n]);
       const Vector v[3] = {p.x, p.squares, p.mixed};
       first += weight * p.x;
-#pragma GCC unroll 9
-      for (int a = 0; a < 9; ++a) {
+#pragma GCC unroll 6
+      for (int a = 0; a < 6; ++a) {
         const Number w = weight * v[a / 3][a % 3];
         for (int f = a / 3; f < 3; ++f) rows[a][f] += w * v[f];
       }
     }
     for (int a = 0; a < 3; ++a) B.first[a] = first[a];
     Number* out = B.upper.data();
-    for (int a = 0; a < 9; ++a)
+    for (int a = 0; a < 6; ++a)
       for (int b = a; b < 9; ++b) *out++ = rows[a][b / 3][b % 3];
   }
 
