@@ -71,7 +71,8 @@ class PairChanges {
   }
 
   /// What the unknowns of a point do to the point itself: of a symmetric matrix the upper triangle, row by row, but the
-  /// rows of mixed components, which hold nothing that those before do not hold, too; and sum_j g_ij x_ji. With tensors.
+  /// rows of mixed components, which hold nothing that those before do not hold, too; and sum_j g_ij x_ji. With
+  /// tensors.
   struct Block {
     std::array<Number, 3> first;
     std::array<Number, 39> upper;

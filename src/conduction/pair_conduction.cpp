@@ -114,22 +114,31 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
     M_crossing.resize(cloud_.owned), b_crossing.resize(cloud_.owned);
     series_.add_moments(k, T, M_crossing, b_crossing);
   }
-  PairRows::Row row;
+  using Vector = Doubles<4>;  // x, y, z and what nobody looks at
+  const auto place = [x = cloud_.x.data(), last = cloud_.local() - 1](std::int32_t j) CALOR_ALWAYS_INLINE {
+    return j < last ? Vector(*reinterpret_cast<const UnalignedDoubles<4>*>(x + j)) : Vector{x[j].x, x[j].y, x[j].z};
+  };
+  using Lanes __attribute__((vector_size(sizeof(Vector)))) = std::int64_t;
   with_flux(k, T, [&](const auto& flux) {
-    for (std::size_t p = 0; p < points.size(); ++p) {
-      const std::int32_t i = points[p];
-      rows_.read(i, row);
-      Symmetric3 M = ends() ? M_crossing[i] : Symmetric3{};
-      Vec3 b = ends() ? b_crossing[i] : Vec3{};
-      for (std::size_t n = 0; n < row.column.size(); ++n) {
-        const std::int32_t j = row.column[n];
-        const Vec3 x = cloud_.x[j] - cloud_.x[i];
-        const double G = row.weight[n];
-        M.add(R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], x), x);
-        b += G * pair_flux(flux, i, j) * x;
+    run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
+      for (std::size_t p = 0; p < points.size(); ++p) {
+        const std::int32_t i = points[p];
+        const Vector own = place(i);
+        Vector squares = {}, mixed = {}, sum = {};
+        rows_.for_each_entry(i, [&](std::int32_t j, double G) CALOR_ALWAYS_INLINE {
+          const Vector r = place(j) - own;
+          const double w = R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], {r[0], r[1], r[2]});
+          squares += w * (r * r);
+          mixed += w * (__builtin_shuffle(r, Lanes{0, 0, 1, 1}) * __builtin_shuffle(r, Lanes{1, 2, 2, 2}));
+          sum += G * pair_flux(flux, i, j) * r;
+        });
+        Symmetric3 M = ends() ? M_crossing[i] : Symmetric3{};
+        M.xx += squares[0], M.yy += squares[1], M.zz += squares[2];
+        M.xy += mixed[0], M.xz += mixed[1], M.yz += mixed[2];
+        const Vec3 b = (ends() ? b_crossing[i] : Vec3{}) + Vec3{sum[0], sum[1], sum[2]};
+        q[p] = -(R_ * (pseudo_inverse(M) * b));  // zero in directions without neighbours
       }
-      q[p] = -(R_ * (pseudo_inverse(M) * b));  // zero in directions without neighbours
-    }
+    });
   });
 }
 

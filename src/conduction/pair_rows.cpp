@@ -146,19 +146,6 @@ std::size_t PairRows::memory() const {
   return bytes(where_, runs_, offset_, stencil_, groups_, column_, weight_);
 }
 
-template <class Use>
-void PairRows::for_each_entry(int i, const Use& use) const {
-  if (where_[i] >= 0) {
-    const Run& run = runs_[where_[i]];
-    for (std::int32_t n = run.begin; n < run.end; ++n) use(i + offset_[n], stencil_[n]);
-    return;
-  }
-  const std::int32_t at = -1 - where_[i], lane = at % lanes;
-  const Group& group = groups_[at / lanes];
-  for (std::int64_t n = group.begin + lane, left = group.count[lane]; left > 0; n += lanes, --left)
-    use(column_[n], weight_[n]);
-}
-
 void PairRows::read(int i, Row& row) const {
   row.column.clear(), row.weight.clear();
   for_each_entry(i, [&](std::int32_t j, double G) { row.column.push_back(j), row.weight.push_back(G); });

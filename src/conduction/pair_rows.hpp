@@ -36,6 +36,19 @@ class PairRows {
   /// Row i as it was given.
   void read(int i, Row& row) const;
   void read_columns(int i, std::vector<std::int32_t>& columns) const;
+  /// Calls use(column, weight), which may be CALOR_ALWAYS_INLINE, for the entries of row i.
+  template <class Use>
+  CALOR_ALWAYS_INLINE void for_each_entry(int i, const Use& use) const {
+    if (where_[i] >= 0) {
+      const Run& run = runs_[where_[i]];
+      for (std::int32_t n = run.begin; n < run.end; ++n) use(i + offset_[n], stencil_[n]);
+      return;
+    }
+    const std::int32_t at = -1 - where_[i], lane = at % lanes;
+    const Group& group = groups_[at / lanes];
+    for (std::int64_t n = group.begin + lane, left = group.count[lane]; left > 0; n += lanes, --left)
+      use(column_[n], weight_[n]);
+  }
 
   /// F_i += sum_j G_ij kbar_ij (T_j - T_i) of all rows.
   void add_fluxes(const Conductivity& k, std::span<const double> T, std::span<double> F,
@@ -58,9 +71,6 @@ class PairRows {
   };
 
   void pack_groups(std::span<const std::int64_t> start, std::span<const std::int32_t> rows);
-  /// Calls use(column, weight) for the entries of row i.
-  template <class Use>
-  void for_each_entry(int i, const Use& use) const;
   template <class Flux>
   void add(const Flux& flux, std::span<double> F, InstructionSet set) const;
   template <int width, class Flux>

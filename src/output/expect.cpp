@@ -175,11 +175,13 @@ void Expectations::Impl::write(const Comparison& e, std::size_t k, const PointRe
   write_in_turns(cloud.comm, fmt::format("{}/expect-{}{}.csv", folder, e.number, time),
                  fmt::format("x [m],y [m],z [m],{}{},reference{}", e.quantity->column, unit, unit),
                  [&](std::FILE* file) {
+                   NumberLines lines(file);
                    for (std::size_t n = 0; n < reference.point.size(); ++n) {
                      const int i = reference.point[n];
                      const Vec3& x = cloud.x[i];
-                     fmt::print(file, "{},{},{},{},{}\n", x.x, x.y, x.z, values[i], reference.value[n]);
+                     lines.add({x.x, x.y, x.z, values[i], reference.value[n]});
                    }
+                   lines.finish();
                  });
 }
 

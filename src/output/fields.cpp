@@ -1,5 +1,4 @@
 // Fields for ParaView at the times of [output], and the end of a run for a run that starts from it.
-#include <fmt/compile.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -116,19 +115,16 @@ class FinalState : public Observer {
     run_.phases.measure("output", [&] {
       const std::vector<Row> rows = in_order(run_.system.cloud(), m.temperatures());
       write_in_turns(run_.comm(), run_.folder + "/final.csv", "id,x [m],y [m],z [m],T [K]", [&](std::FILE* file) {
-        fmt::memory_buffer text;
-        for (const auto& [id, x, T] : rows) {
-          text.clear();
-          fmt::format_to(std::back_inserter(text), FMT_COMPILE("{},{},{},{},{}\n"), id, x.x, x.y, x.z, T);
-          std::fwrite(text.data(), 1, text.size(), file);
-        }
+        NumberLines lines(file);
+        for (const auto& [id, x, T] : rows) lines.add({static_cast<double>(id), x.x, x.y, x.z, T});
+        lines.finish();
       });
     });
   }
 
  private:
   struct Row {
-    std::int64_t id;
+    std::int64_t id;  // far from what a double does not hold
     Vec3 x;
     double T;
   };

@@ -2,6 +2,7 @@
 
 #include <fcntl.h>
 #include <fmt/chrono.h>
+#include <fmt/compile.h>
 #include <fmt/format.h>
 #include <fnmatch.h>
 #include <spdlog/sinks/basic_file_sink.h>
@@ -13,10 +14,14 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <filesystem>
+#include <iterator>
+#include <limits>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -95,6 +100,28 @@ void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& h
   collective_try(comm, [&] {
     if (error) refuse_writing(path, error);
   });
+}
+
+void NumberLines::add(std::initializer_list<double> numbers) {
+  constexpr std::size_t much = 1 << 16;
+  columns_.resize(numbers.size(), {std::numeric_limits<double>::quiet_NaN(), ""});
+  auto column = columns_.begin();
+  for (const double number : numbers) {
+    if (std::bit_cast<std::uint64_t>(column->number) != std::bit_cast<std::uint64_t>(number) || column->text.empty()) {
+      column->number = number, column->text.clear();
+      fmt::format_to(std::back_inserter(column->text), FMT_COMPILE("{}"), number);
+    }
+    text_ += (column++)->text;
+    text_ += ',';
+  }
+  text_.back() = '\n';
+  if (text_.size() > much) finish();
+}
+
+void NumberLines::finish() {
+  if (std::fwrite(text_.data(), 1, text_.size(), file_) != text_.size())
+    throw std::system_error(errno, std::generic_category());
+  text_.clear();
 }
 
 void CsvLog::open() {

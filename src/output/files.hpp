@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <functional>
+#include <initializer_list>
 #include <memory>
 #include <span>
 #include <string>
@@ -35,6 +36,27 @@ std::string csv_field(const std::string& text);
 /// Throws Error(file) on all ranks. Collective.
 void write_in_turns(MPI_Comm comm, const std::string& path, const std::string& header,
                     const std::function<void(std::FILE*)>& rows);
+
+/// Lines of numbers with all digits, separated by commas, for `rows` of write_in_turns. What the line before has in the
+/// same column, as places of lattices mostly do, is not converted again.
+class NumberLines {
+ public:
+  explicit NumberLines(std::FILE* file) : file_(file) {}
+  /// As many numbers every time. Throws where the file takes no more.
+  void add(std::initializer_list<double> numbers);
+  /// After the last line. Throws as add.
+  void finish();
+
+ private:
+  struct Column {
+    double number;
+    std::string text;
+  };
+
+  std::FILE* file_;
+  std::vector<Column> columns_;
+  std::string text_;  ///< not yet in the file
+};
 
 /// A CSV file with a row a time, written by rank 0. It stays readable when the run is interrupted. All functions are
 /// collective and throw Error(file) on all ranks.

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <compare>
 #include <limits>
+#include <map>
 #include <span>
 #include <utility>
 #include <vector>
@@ -101,19 +102,26 @@ Vec3 coupling(MPI_Comm comm, const Rows& rows, std::span<const Bin> bins) {
 /// Collective.
 petsc::Matrix aggregate(MPI_Comm comm, const Rows& rows, std::vector<Bin>& bins) {
   const Vec3 strength = coupling(comm, rows, bins);
-  std::vector<int> members;
-  for (int i = 0; i < rows.count(); ++i) {
-    if (rows.visit(i, [](int, double) {})) members.push_back(i);
+  // Aggregates as their rows come, then in the order of their bins.
+  std::map<Bin, PetscInt> known;
+  std::vector<PetscInt> aggregate_of(rows.count(), -1);
+  for (int i = 0, last = -1; i < rows.count(); ++i) {
     for (std::size_t d = 0; d < 3; ++d)
       if (strength[d] > weak) bins[i].place[d] >>= 1;
+    if (!rows.visit(i, [](int, double) {})) continue;
+    aggregate_of[i] = last >= 0 && bins[i] == bins[last]
+                          ? aggregate_of[last]
+                          : known.try_emplace(bins[i], static_cast<PetscInt>(known.size())).first->second;
+    last = i;
   }
-  std::ranges::stable_sort(members, {}, [&](int i) { return bins[i]; });
-  std::vector<PetscInt> aggregate_of(rows.count(), -1);
   std::vector<Bin> aggregates;
-  for (const int i : members) {
-    if (aggregates.empty() || aggregates.back() != bins[i]) aggregates.push_back(bins[i]);
-    aggregate_of[i] = static_cast<PetscInt>(aggregates.size()) - 1;
+  std::vector<PetscInt> place(known.size());
+  for (const auto& [bin, aggregate] : known) {
+    place[aggregate] = static_cast<PetscInt>(aggregates.size());
+    aggregates.push_back(bin);
   }
+  for (PetscInt& aggregate : aggregate_of)
+    if (aggregate >= 0) aggregate = place[aggregate];
   petsc::Matrix interpolation;
   check(MatCreateAIJ(comm, rows.count(), static_cast<PetscInt>(aggregates.size()), PETSC_DETERMINE, PETSC_DETERMINE, 1,
                      nullptr, 0, nullptr, interpolation.out()));
