@@ -144,7 +144,7 @@ std::vector<double> HeatSystem::wall_temperatures(double t, std::span<double> u)
 std::vector<double> HeatSystem::heat_flows(double t, std::span<double> u) {
   std::vector<double> F(cloud_.owned), power(accounts_.size()), C(cloud_.owned);
   rate(t, u, F, power);
-  capacity(u, C);
+  if (!conditions_.temperatures.empty()) capacity(u, C);
   collective_try(cloud_.comm, [&] {
     for (const PrescribedTerm& term : conditions_.temperatures) {
       if (term.point.empty()) continue;  // held by mirror images, which book their heat
@@ -231,6 +231,11 @@ void HeatSystem::set_known(double t, std::span<double> u) {
 
 double HeatSystem::largest_free(std::span<const double> values) const {
   double largest = 0;
+  if (not_free_.empty()) {
+    const ValueRange range = range_of(values);
+    largest = all_finite(values) ? std::max({-range.low, range.high, 0.0}) : std::numeric_limits<double>::infinity();
+    return max(cloud_.comm, largest);
+  }
   for (int i = 0; i < cloud_.owned; ++i) {
     if (role_[i] != Role::free) continue;
     const double size = std::abs(values[i]);

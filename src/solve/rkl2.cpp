@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "base/archive.hpp"
+#include "base/simd.hpp"
 #include "solve/stepper.hpp"
 
 namespace calor {
@@ -193,9 +194,15 @@ class Rkl2 final : public Stepper {
     const double c3 = (s * s + s - 6.) / (s * s + s - 2.) / 9;
     const double factor = (1. / 6 - c3) / (1. / 4 - c3);
     std::vector<double>& error = before_last_.E;  // is free now
-    system.capacity(T_, error);
-    for (std::size_t i = 0; i < F_.size(); ++i)
-      error[i] = factor * (state.E[i] - last_.E[i] + 0.5 * dt * (F0_[i] + F_[i])) / error[i];
+    if (!std::exchange(knows_capacity_, !system.material().capacity_depends_on_T())) {
+      C_.resize(F_.size());
+      system.capacity(T_, C_);
+    }
+    run_vectorised([&, E0 = state.E.data(), E1 = last_.E.data(), F0 = F0_.data(), F1 = F_.data(), C = C_.data(),
+                    result = error.data()]<int>() CALOR_ALWAYS_INLINE {
+      for (std::size_t i = 0; i < error.size(); ++i)
+        result[i] = factor * (E0[i] - E1[i] + 0.5 * dt * (F0[i] + F1[i])) / C[i];
+    });
     return system.largest_free(error);
   }
 
@@ -213,6 +220,8 @@ class Rkl2 final : public Stepper {
   double longest_ = 0;      ///< step that resolves moving sources in the interval, s
   Stage last_, before_last_;
   std::vector<double> T_, F0_, F_, power0_, power_;
+  bool knows_capacity_ = false;  ///< C_ serves all steps
+  std::vector<double> C_;
 };
 
 }  // namespace
