@@ -104,6 +104,7 @@ struct Cloud {
 
   std::shared_ptr<const Lattice> lattice;  ///< of points that are those of an unjittered lattice, by their id; or null
   std::shared_ptr<const RingLattice> rings;  ///< of points that are those of concentric rings, by their id; or null
+  std::shared_ptr<const RingLattice> disc;   ///< the same for its walls, whatever becomes of the cells
   std::shared_ptr<const Body> body;          ///< the surface that the points were made for; null: not known
   std::shared_ptr<const Solids> solids;      ///< where every tag begins and ends; null: the points alone know
   bool box_lattice = false;                  ///< unjittered box lattice with equal spacing along every axis
@@ -140,6 +141,8 @@ struct Cloud {
   bool is_seen_from(const Vec3& eye, int j) const;
   /// The place itself, a little away from walls. `d`: spacing there, m.
   Vec3 eye_at(const Vec3& place, double d) const;
+  /// The place, or if it lies nearer than `depth` (m) to a wall that is known, one as deep inside the body.
+  Vec3 off_walls(const Vec3& place, double depth) const;
 
   int local() const { return static_cast<int>(x.size()); }
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }

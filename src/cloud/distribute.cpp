@@ -208,7 +208,7 @@ Cloud distribute(MPI_Comm comm, Points points, double width, const Support& supp
   cloud.faces = std::move(points.faces);
   cloud.tags = std::move(points.tags);
   cloud.lattice = std::move(points.lattice);
-  cloud.rings = std::move(points.rings);
+  cloud.disc = cloud.rings = std::move(points.rings);
   cloud.walls = std::move(points.walls);
   cloud.body = std::move(points.body);
   cloud.solids = std::move(points.solids);

@@ -56,6 +56,16 @@ class RingLattice {
     return {low, high};
   }
 
+  /// See Cloud::off_walls.
+  Vec3 off_walls(Vec3 x, double depth) const {
+    if (rings_.levels > 0) x.z = std::clamp(x.z, depth, rings_.height - depth);
+    if (rings_.sector == Sector::quarter) x.x = std::max(x.x, depth);
+    if (!whole()) x.y = std::max(x.y, depth);
+    const double r = std::hypot(x.x, x.y), most = rings_.radius - depth;
+    if (r > most) x.x *= most / r, x.y *= most / r;
+    return x;
+  }
+
  private:
   bool whole() const { return rings_.sector == Sector::full; }
   std::int64_t intervals_on(int m) const {

@@ -1,5 +1,8 @@
 // What points see of each other: the straight way through the body, where its surface is known.
+#include <algorithm>
+
 #include "cloud/cloud.hpp"
+#include "cloud/ring_lattice.hpp"
 #include "surface/body.hpp"
 
 namespace calor {
@@ -22,6 +25,17 @@ void Cloud::open_eyes() {
 
 Vec3 Cloud::eye_at(const Vec3& place, double d) const {
   return body ? body->moved_inside(place, Body::skin * d) : place;
+}
+
+Vec3 Cloud::off_walls(const Vec3& place, double depth) const {
+  if (body) return body->moved_inside(place, depth);
+  if (disc) return disc->off_walls(place, depth);
+  Vec3 inside = place;
+  for (std::size_t f = 0; f < walls.size(); ++f) {
+    double& x = inside[static_cast<int>(f / 2)];
+    x = f % 2 == 0 ? std::max(x, walls[f] + depth) : std::min(x, walls[f] - depth);
+  }
+  return inside;
 }
 
 bool Cloud::sees(int i, int j) const {

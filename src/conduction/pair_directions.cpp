@@ -28,7 +28,7 @@ Cloud conducting_alike(const Cloud& cloud, const Anisotropy& R, double scale) {
     for (int a = 0; a < 3; ++a) y.metric[i][a] = root * norm(product(rows[a], cloud.metric[i]));
   }
   y.nearest_volumes = cloud.lattice != nullptr;
-  y.lattice = nullptr, y.rings = nullptr, y.box_lattice = false, y.isotropic = false;
+  y.lattice = nullptr, y.rings = y.disc = nullptr, y.box_lattice = false, y.isotropic = false;
   return y;
 }
 

@@ -13,6 +13,10 @@
 namespace calor {
 
 Parts::Parts(const Case& c, const Cloud& cloud, const std::string& only_material) : cloud_(cloud) {
+  constexpr double skin = 1e-6;  // spacings
+  double least = std::numeric_limits<double>::max();
+  for (int i = 0; i < cloud.owned; ++i) least = std::min(least, cloud.spacing[i]);
+  skin_ = skin * min(cloud.comm, least);
   const Table body = c.section("body");
   body_ = body.location();
   const auto layers = body.list("layer"), regions = body.list("region");
@@ -106,7 +110,7 @@ void Parts::read_region(const Case& c, const Table& table) {
   std::vector<char> in(cloud_.owned);
   if (table.has("where")) {
     region.where = where_function(c, table);
-    collective_try(cloud_.comm, [&] { in = where(c, table, cloud_.owned_points()); });
+    collective_try(cloud_.comm, [&] { in = where(c, table, off_walls(cloud_.owned_points())); });
   } else {
     const auto tag = std::ranges::find(cloud_.tags, table.text("tag"));
     if (tag == cloud_.tags.end())
@@ -165,6 +169,13 @@ const Function* Parts::contact(int part, int other) const {
                                                        : contacts_[low].get();
 }
 
+std::vector<Vec3> Parts::off_walls(std::span<const Vec3> x) const {
+  std::vector<Vec3> inside;
+  inside.reserve(x.size());
+  for (const Vec3& place : x) inside.push_back(cloud_.off_walls(place, skin_));
+  return inside;
+}
+
 void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const {
   std::vector<Solids::Known> known;
   find(x, tag, part, known);
@@ -188,8 +199,11 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
   }
   const std::span<const int> tags = of_solids.empty() ? tag : of_solids;
   std::vector<double> in(x.size());
+  std::vector<Vec3> inside;
   for (const Region& region : regions_) {
-    if (region.where) region.where->evaluate({.x = x}, in);
+    // A formula that ends at a wall may be false on it: what counts is what the body has there.
+    if (region.where && inside.empty()) inside = off_walls(x);
+    if (region.where) region.where->evaluate({.x = inside}, in);
     for (std::size_t i = 0; i < x.size(); ++i)
       if (region.where ? in[i] != 0 : tags[i] == region.tag) part[i] = region.part;
   }

@@ -123,6 +123,7 @@ class Parts {
   void read_contact(const Table& table);
   std::vector<int> parts_called(const std::string& name, const Table& contact) const;
   int add(const Table& table);
+  std::vector<Vec3> off_walls(std::span<const Vec3> x) const;                               ///< see Cloud::off_walls
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
   void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part,
             std::vector<Solids::Known>& known) const;
@@ -146,6 +147,7 @@ class Parts {
   std::vector<std::unique_ptr<Function>> contacts_;  ///< of every part, with the part before it or all around it
   std::map<std::pair<int, int>, Function> between_;  ///< of two parts, the lower first; they come before
   bool has_contacts_ = false;
+  double skin_ = 0;  ///< places nearer to a wall lie on it, m
 };
 
 void declare_parts(Schema& schema);
