@@ -6,6 +6,7 @@
 
 #include "geometry/parts.hpp"
 #include "geometry/point_tags.hpp"
+#include "surface/body.hpp"
 
 namespace calor {
 
@@ -65,6 +66,14 @@ std::optional<double> Parts::only_crossing(const Segment& segment, std::span<con
   return std::nullopt;
 }
 
+std::vector<char> Parts::lie_on_walls(std::span<const Segment> segments) const {
+  std::vector<char> lie(segments.size(), has_formulas());
+  if (!has_formulas() || !cloud_.body) return lie;
+  const auto is_on_wall = [&](const Vec3& x) { return cloud_.body->tree().closest(x, skin_).has_value(); };
+  for (std::size_t g = 0; g < segments.size(); ++g) lie[g] = is_on_wall(segments[g].a) || is_on_wall(segments[g].b);
+  return lie;
+}
+
 Parts::Pieces Parts::along(std::span<const Segment> segments) const {
   /// Somewhere between two places of a segment one part ends and another begins.
   struct Change {
@@ -72,12 +81,14 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
     double low, high;
     int part_low, part_high;
   };
-  std::vector<Vec3> x;
+  std::vector<Vec3> x, inside;
   std::vector<int> tags, part;
   std::vector<std::vector<TagPiece>> tags_of;
+  const std::vector<char> on_walls = lie_on_walls(segments);
   const auto ask = [&](std::size_t segment, double s) {
     const Segment& g = segments[segment];
     x.push_back(s == 1 ? g.b : g.a + s * (g.b - g.a));
+    inside.push_back(on_walls[segment] ? cloud_.off_walls(x.back(), skin_) : x.back());
     tags.push_back(std::ranges::find_if(tags_of[segment], [&](const TagPiece& p) { return s <= p.end; })->tag);
   };
   std::vector<std::vector<double>> places, known;
@@ -90,7 +101,7 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
     for (const double s : places.back()) ask(g, s);
   }
   part.resize(x.size());
-  find(x, tags, part);
+  find(x, inside, tags, part);
   std::vector<Change> changes;
   for (std::size_t g = 0, n = 0; g < segments.size(); ++g)
     for (std::size_t k = 0; k < places[g].size(); ++k, ++n)
@@ -105,10 +116,10 @@ Parts::Pieces Parts::along(std::span<const Segment> segments) const {
     return at.has_value();
   });
   for (int halving = 0; halving < 52 && !changes.empty(); ++halving) {
-    x.clear(), tags.clear();
+    x.clear(), inside.clear(), tags.clear();
     for (const Change& c : changes) ask(c.segment, 0.5 * (c.low + c.high));
     part.resize(x.size());
-    find(x, tags, part);
+    find(x, inside, tags, part);
     for (std::size_t n = 0; n < part.size(); ++n) {
       Change& c = changes[n];
       const double middle = 0.5 * (c.low + c.high);
@@ -144,8 +155,7 @@ bool Parts::has_plane_between(const Vec3& a, const Vec3& b) const {
 }
 
 std::span<const double> Parts::curved_areas() const {
-  const auto is_formula = [](const Region& region) { return region.where.has_value(); };
-  if (!cloud_.solids || std::ranges::any_of(regions_, is_formula)) return {};
+  if (!cloud_.solids || has_formulas()) return {};
   return cloud_.solids->curved_areas();
 }
 
@@ -176,7 +186,7 @@ Vec3 Parts::normal_of_region(const Vec3& x, const Vec3& along, int tag, double s
     const auto ask = [&](double a, double b) {
       const Vec3 places[] = {x + beside + a * direction, x + beside + b * direction};
       const int tags[] = {tag, tag};
-      find(places, tags, found);
+      find(places, off_walls(places), tags, found);
     };
     ask(low, high);
     const int first = found[0];

@@ -169,19 +169,24 @@ const Function* Parts::contact(int part, int other) const {
                                                        : contacts_[low].get();
 }
 
+bool Parts::has_formulas() const {
+  return std::ranges::any_of(regions_, [](const Region& region) { return region.where.has_value(); });
+}
+
 std::vector<Vec3> Parts::off_walls(std::span<const Vec3> x) const {
-  std::vector<Vec3> inside;
-  inside.reserve(x.size());
-  for (const Vec3& place : x) inside.push_back(cloud_.off_walls(place, skin_));
+  std::vector<Vec3> inside(x.begin(), x.end());
+  if (has_formulas())
+    for (Vec3& place : inside) place = cloud_.off_walls(place, skin_);
   return inside;
 }
 
-void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const {
+void Parts::find(std::span<const Vec3> x, std::span<const Vec3> inside, std::span<const int> tag,
+                 std::span<int> part) const {
   std::vector<Solids::Known> known;
-  find(x, tag, part, known);
+  find(x, inside, tag, part, known);
 }
 
-void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part,
+void Parts::find(std::span<const Vec3> x, std::span<const Vec3> inside, std::span<const int> tag, std::span<int> part,
                  std::vector<Solids::Known>& known) const {
   for (std::size_t i = 0; i < x.size(); ++i) {
     part[i] = rest_;
@@ -199,10 +204,7 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
   }
   const std::span<const int> tags = of_solids.empty() ? tag : of_solids;
   std::vector<double> in(x.size());
-  std::vector<Vec3> inside;
   for (const Region& region : regions_) {
-    // A formula that ends at a wall may be false on it: what counts is what the body has there.
-    if (region.where && inside.empty()) inside = off_walls(x);
     if (region.where) region.where->evaluate({.x = inside}, in);
     for (std::size_t i = 0; i < x.size(); ++i)
       if (region.where ? in[i] != 0 : tags[i] == region.tag) part[i] = region.part;
@@ -212,7 +214,7 @@ void Parts::find(std::span<const Vec3> x, std::span<const int> tag, std::span<in
 std::vector<int> Parts::at(std::span<const Vec3> x, std::span<const int> tag) const {
   std::vector<int> part(x.size(), 0);
   if (count() == 1) return part;
-  find(x, tag, part);
+  find(x, off_walls(x), tag, part);
   for (std::size_t i = 0; i < x.size(); ++i)
     if (part[i] < 0)
       throw Error(Fault::bad_case, body_,

@@ -123,10 +123,15 @@ class Parts {
   void read_contact(const Table& table);
   std::vector<int> parts_called(const std::string& name, const Table& contact) const;
   int add(const Table& table);
-  std::vector<Vec3> off_walls(std::span<const Vec3> x) const;                               ///< see Cloud::off_walls
-  void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part) const;  // -1: none
-  void find(std::span<const Vec3> x, std::span<const int> tag, std::span<int> part,
+  bool has_formulas() const;
+  /// Where formulas are asked for what the body has at these places: one that ends at a wall may be false on it.
+  std::vector<Vec3> off_walls(std::span<const Vec3> x) const;
+  /// `inside`: where formulas are asked. -1: none.
+  void find(std::span<const Vec3> x, std::span<const Vec3> inside, std::span<const int> tag, std::span<int> part) const;
+  void find(std::span<const Vec3> x, std::span<const Vec3> inside, std::span<const int> tag, std::span<int> part,
             std::vector<Solids::Known>& known) const;
+  /// Of every segment, where formulas ask: does it touch a wall? True where that is not known.
+  std::vector<char> lie_on_walls(std::span<const Segment> segments) const;
   std::vector<TagPiece> tags_along(const Segment& segment) const;
   std::vector<double> crossings(const Segment& segment) const;
   std::optional<double> only_crossing(const Segment& segment, std::span<const double> crossings, double low,

@@ -50,9 +50,7 @@ bool Parts::has_wall_within(const Vec3& x, double distance) const {
   return !cloud_.body || cloud_.body->tree().closest(x, slack * distance);
 }
 
-bool Parts::knows_interfaces() const {
-  return !point_tags_ && std::ranges::none_of(regions_, [](const Region& r) { return r.where.has_value(); });
-}
+bool Parts::knows_interfaces() const { return !point_tags_ && !has_formulas(); }
 
 bool Parts::is_one_around(const Vec3& x, double radius) const {
   constexpr double slack = 1 + 1e-3;  // a place on an interface at this distance may belong to either side
@@ -80,7 +78,7 @@ std::vector<PlacesOfPart> Parts::shares(std::span<const Vec3> x, std::span<const
       tags.push_back(tag[i]);
     }
   std::vector<int> part(around.size());
-  find(around, tags, part);
+  find(around, around, tags, part);
   std::vector<double> share(near.size() * count()), inside(near.size());
   for (std::size_t k = 0; k < around.size(); ++k) {
     const std::size_t n = k / offsets.size(), i = near[n];
@@ -121,7 +119,7 @@ std::vector<std::vector<double>> Parts::shares_of_cells() const {
   std::vector<std::vector<double>> share =
       part_shares(cloud_, {.count = count(),
                            .at = [&](std::span<const Vec3> x,
-                                     std::span<int> part) { find(x, std::vector<int>(x.size(), -1), part, known); },
+                                     std::span<int> part) { find(x, x, std::vector<int>(x.size(), -1), part, known); },
                            .is_one_around = [&](const Vec3& x, double radius) { return is_one_around(x, radius); }});
   // Regions by tag take whole cells where the points alone know of them.
   for (const Region& region : regions_)
