@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <ranges>
 
 namespace calor {
 
@@ -14,13 +13,14 @@ Readings::Readings(const Case& c, const Probes& probes, HeatSystem& system) : pr
   if (!output.has("derivatives"))
     output.refuse("derivatives_of", "derivatives by no number of the case", "name some in 'derivatives'");
   balance_.emplace(system);
-  const std::vector<ReportNumber> listed = balance_->listed();
+  std::vector<std::string> names;
+  for (const ReportNumber& number : balance_->listed()) names.push_back(number.name);
   for (const std::string& wanted : output.texts("derivatives_of")) {
-    const auto found = std::ranges::find(listed, wanted, &ReportNumber::name);
-    if (found == listed.end())
+    const auto found = std::ranges::find(names, wanted);
+    if (found == names.end())
       output.refuse("derivatives_of", fmt::format("the balance of this case has no '{}'", wanted),
-                    fmt::format("it has {}", fmt::join(listed | std::views::transform(&ReportNumber::name), ", ")));
-    entries_.push_back(found - listed.begin());
+                    fmt::format("it has {}", fmt::join(names, ", ")));
+    entries_.push_back(found - names.begin());
   }
 }
 

@@ -105,7 +105,7 @@ void say(MPI_Comm comm, spdlog::level::level_enum level, const std::string& text
 /// Says what is run: the model, whatever is to be known of it, the integrator.
 void introduce(const Case& c, const Model& model, const Probes& probes, const Integrator* integrator) {
   const Cloud& cloud = *model.cloud;
-  const MPI_Comm comm = cloud.comm;
+  MPI_Comm comm = cloud.comm;
   say(comm, spdlog::level::debug,
       fmt::format("calor {}: {} on {} process{}", CALOR_VERSION, c.path(), size_of(comm),
                   size_of(comm) > 1 ? "es" : ""));

@@ -98,7 +98,6 @@ class PairChanges {
   static constexpr int parts = unknowns / 3;  ///< lambda, diagonal and mixed components of tau
   using Places = Doubles<4>;
   using Vector __attribute__((vector_size(4 * sizeof(Number)))) = Number;
-  using Indices __attribute__((vector_size(4 * sizeof(Number)))) = std::int64_t;
 
   CALOR_ALWAYS_INLINE static Places load(const double* x) { return *reinterpret_cast<const UnalignedDoubles<4>*>(x); }
   CALOR_ALWAYS_INLINE static Vector load_numbers(const Number* v) {
@@ -133,7 +132,7 @@ class PairChanges {
       place = (load(image->place_sign) * place - own.place()) + load(image->shift);
     else
       place -= own.place();
-    place = __builtin_shuffle(place, Places{}, Doubles4Indices{0, 1, 2, 4});
+    place = __builtin_shufflevector(place, Places{}, 0, 1, 2, 4);
 
     Pair pair;
     pair.x = __builtin_convertvector(place, Vector);
@@ -142,16 +141,16 @@ class PairChanges {
     Vector c = (own.part(0) - lambda) * pair.x;
     if constexpr (tensors) {
       pair.squares = pair.x * pair.x;
-      pair.mixed = __builtin_shuffle(pair.x, Indices{0, 0, 1, 3}) * __builtin_shuffle(pair.x, Indices{1, 2, 2, 3});
+      pair.mixed =
+          __builtin_shufflevector(pair.x, pair.x, 0, 0, 1, 3) * __builtin_shufflevector(pair.x, pair.x, 1, 2, 2, 3);
       Vector mixed = other.part(2);
       if constexpr (has_images) mixed *= load_numbers(image->mixed_sign);
       c += (own.part(1) + other.part(1)) * pair.squares + (own.part(2) + mixed) * pair.mixed;
     }
-    c += __builtin_shuffle(c, Indices{1, 0, 3, 2});
-    pair.change = c + __builtin_shuffle(c, Indices{2, 3, 0, 1});
+    c += __builtin_shufflevector(c, c, 1, 0, 3, 2);
+    pair.change = c + __builtin_shufflevector(c, c, 2, 3, 0, 1);
     return pair;
   }
-  using Doubles4Indices __attribute__((vector_size(32))) = std::int64_t;
 
   template <bool has_images, class Use>
   CALOR_ALWAYS_INLINE inline void use_changes(const Use& use) const {

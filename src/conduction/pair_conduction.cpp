@@ -118,7 +118,6 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
   const auto place = [x = cloud_.x.data(), last = cloud_.local() - 1](std::int32_t j) CALOR_ALWAYS_INLINE {
     return j < last ? Vector(*reinterpret_cast<const UnalignedDoubles<4>*>(x + j)) : Vector{x[j].x, x[j].y, x[j].z};
   };
-  using Lanes __attribute__((vector_size(sizeof(Vector)))) = std::int64_t;
   with_flux(k, T, [&](const auto& flux) {
     run_vectorised([&]<int>() CALOR_ALWAYS_INLINE {
       for (std::size_t p = 0; p < points.size(); ++p) {
@@ -129,7 +128,7 @@ void PairConduction::heat_flux(const Conductivity& k, std::span<const double> T,
           const Vector r = place(j) - own;
           const double w = R_of_parts_.empty() ? G : G / along(R_of_parts_[part_[i]], {r[0], r[1], r[2]});
           squares += w * (r * r);
-          mixed += w * (__builtin_shuffle(r, Lanes{0, 0, 1, 1}) * __builtin_shuffle(r, Lanes{1, 2, 2, 2}));
+          mixed += w * (__builtin_shufflevector(r, r, 0, 0, 1, 1) * __builtin_shufflevector(r, r, 1, 2, 2, 2));
           sum += G * pair_flux(flux, i, j) * r;
         });
         Symmetric3 M = ends() ? M_crossing[i] : Symmetric3{};

@@ -271,6 +271,7 @@ std::vector<Verdict> Expectations::verdicts(const std::map<std::string, double>&
 
 void require_numbers(const Case& c, const std::vector<ReportNumber>& numbers) {
   std::vector<std::string> names;
+  names.reserve(numbers.size());
   for (const ReportNumber& number : numbers) names.push_back(number.name);
   const auto require = [&](const Table& table, const std::string& key) {
     if (!table.has(key)) return;

@@ -87,7 +87,8 @@ struct View {
 /// no point near.
 std::vector<View> views_of(const Cloud& cloud, const Obstacles& obstacles, const Vec3& p,
                            const std::vector<Candidate>& near) {
-  const auto [parts, cracks] = obstacles;
+  const Parts* parts = obstacles.parts;
+  const Cracks* cracks = obstacles.cracks;
   const int tag = near.front().tag;
   std::vector<View> views;
   if (!parts || parts->count() == 1) {
@@ -171,7 +172,8 @@ std::optional<Crossing> crossing_at(const Cloud& cloud, const Parts& parts, cons
   std::vector<Parts::Segment> rays;
   const auto add_ray = [&](const Vec3& u) { rays.push_back({p, p + length / norm(u) * u, next.tag, next.tag, 3}); };
   for (int n = 0; n < 27; ++n) {
-    const Vec3 u{n % 3 - 1.0, n / 3 % 3 - 1.0, n / 9 - 1.0};
+    const auto step = [n](int power) { return static_cast<double>(n / power % 3) - 1; };
+    const Vec3 u{step(1), step(3), step(9)};
     if (u != Vec3{} && (cloud.dimension > 1 || u.y == 0) && (cloud.dimension > 2 || u.z == 0)) add_ray(u);
   }
   Parts::Pieces pieces = parts.along(rays);

@@ -122,6 +122,7 @@ Array array(const std::string& type, const std::string& name, int components, in
 
 std::vector<Array> arrays_of(const std::vector<Field>& fields, int count) {
   std::vector<Array> arrays;
+  arrays.reserve(fields.size());
   for (const Field& f : fields)
     arrays.push_back(array<double>("Float64", f.name, f.components, count, [&f](int i, int c) {
       return f.values[static_cast<std::size_t>(i) * f.components + c];
