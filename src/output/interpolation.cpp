@@ -266,6 +266,7 @@ std::optional<std::vector<WeightedPoint>> interpolation(const Cloud& cloud, cons
   std::vector<View> views;
   collective_try(cloud.comm, [&] { views = views_of(cloud, obstacles, p, near); });
   std::vector<Sum> sums;
+  sums.reserve(views.size());
   for (const View& view : views) sums.push_back(sum_of(cloud, p, view.points));
   const auto is_linear = [](const Sum& sum) { return sum.is_linear; };
   if (obstacles.parts && obstacles.parts->count() > 1) {

@@ -31,7 +31,7 @@ class Exposure final : public Observer {
     const double longest = seconds_.empty() ? 0 : std::ranges::max(seconds_);
     result.numbers["longest_exposure"] = max(comm_, longest);
   }
-  std::vector<std::string> numbers() const override { return {"longest_exposure"}; }
+  std::vector<ReportNumber> numbers() const override { return {{"longest_exposure", "s"}}; }
 
  private:
   MPI_Comm comm_;
