@@ -13,7 +13,8 @@ using Json = nlohmann::ordered_json;
 
 void add_members(const Json& value, const std::string& path, std::vector<std::pair<std::string, std::string>>& all) {
   if (value.is_object()) {
-    for (const auto& [key, member] : value.items()) add_members(member, path.empty() ? key : fmt::format("{}.{}", path, key), all);
+    for (const auto& [key, member] : value.items())
+      add_members(member, path.empty() ? key : fmt::format("{}.{}", path, key), all);
   } else if (value.is_array() && !value.empty() && value.front().is_object()) {
     for (std::size_t n = 0; n < value.size(); ++n) add_members(value[n], fmt::format("{}[{}]", path, n + 1), all);
   } else {
