@@ -56,7 +56,7 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
 /// Says which functions of time a steady state takes at t = 0.
 std::vector<std::string> notes_on_time(const Case& c) {
   std::vector<std::string> notes;
-  for (const char* section : {"material", "boundary", "source"})
+  for (const char* section : {"body", "material", "boundary", "source"})
     for (const SourceLocation& where : c.section(section).functions_of_time())
       notes.push_back(fmt::format("{}: a function of time: the steady state is that of t = 0", where.text()));
   return notes;

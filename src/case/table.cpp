@@ -120,6 +120,8 @@ std::vector<SourceLocation> Table::functions_of_time() const {
       if (function(name).depends_on_time()) out.push_back(location(name));
     } else if (node_->written(name)->is_table()) {
       std::ranges::copy(sub(name).functions_of_time(), std::back_inserter(out));
+    } else if (std::ranges::any_of(node_->written(name)->list, &Value::is_table)) {
+      for (const Table& of_list : list(name)) std::ranges::copy(of_list.functions_of_time(), std::back_inserter(out));
     }
   }
   return out;

@@ -18,6 +18,7 @@ struct Conductivity {
   std::span<const double> theta;  ///< integral of k dT, W/m; only for rates with Mean::integral
   /// At the ends of pairs that cross interfaces or cracks, where a method has such.
   const Conductivity* ends = nullptr;
+  double t = 0;  ///< s, at which contacts are wanted
 };
 
 /// What a conductivity is wanted for: theta or k for rates and flux vectors, k for bounds, k and dk/dT for Jacobians.

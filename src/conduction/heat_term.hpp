@@ -101,6 +101,7 @@ class Conduction : public HeatTerm {
     if (ends()) {
       at_ends = at.at(Evaluation::nodes + 1).at_ends(purpose);
       k.ends = &at_ends;
+      k.t = at.t();
     }
     use(k);
   }

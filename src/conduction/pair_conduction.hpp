@@ -33,8 +33,11 @@ class PairConduction final : public Conduction {
   using Conduction::add_jacobian, Conduction::add_product, Conduction::add_rate, Conduction::add_row_sums,
       Conduction::heat_flux;
   std::span<const std::int32_t> coupled(int i, std::vector<std::int32_t>& buffer) const override;
-  Traits traits() const override { return {.is_constant = series_.openings().empty() && !series_.depends_on_T()}; }
-  Changes changes() const override { return {.events = series_.openings(), .marks = {}}; }
+  Traits traits() const override {
+    return {.is_symmetric = !series_.depends_on_T(),
+            .is_constant = series_.openings().empty() && !series_.depends_on_T() && !series_.depends_on_time()};
+  }
+  Changes changes() const override { return series_.changes(); }
   /// Opens the cracks whose time has come.
   void apply(double t) override { series_.open(t); }
   const QuadraturePoints* ends() const override { return series_.exist() ? &series_.ends() : nullptr; }

@@ -10,7 +10,6 @@
 #include <utility>
 
 #include "base/parallel.hpp"
-#include "base/ramped_function.hpp"
 #include "conduction/contact_pairs.hpp"
 #include "conduction/fibres.hpp"
 #include "conduction/interface_points.hpp"
@@ -164,10 +163,12 @@ class SeriesPairs::Builder {
             .G = G,
             .first = static_cast<std::int32_t>(out_.pieces_.size()),
             .end = 0,
-            .one_part = false};
+            .one_part = false,
+            .first_contact = static_cast<std::int32_t>(out_.contacts_.size())};
   }
   std::size_t add(Pair p) {
     p.end = static_cast<std::int32_t>(out_.pieces_.size());
+    p.end_contact = static_cast<std::int32_t>(out_.contacts_.size());
     out_.pairs_.push_back(p);
     return out_.pairs_.size() - 1;
   }
@@ -196,7 +197,7 @@ class SeriesPairs::Builder {
     std::vector<SegmentPiece> kept;
     double begin = 0;
     for (std::size_t n = 0; n < run.size(); ++n) {
-      if (n > 0) add_contact(segment, run[n - 1], run[n].part, c);
+      if (n > 0) add_contact(segment, run[n - 1], run[n].part, c, static_cast<std::int32_t>(kept.size()));
       if (run[n].end - begin > shortest_piece) kept.push_back(run[n]);
       begin = run[n].end;
     }
@@ -216,18 +217,19 @@ class SeriesPairs::Builder {
     return add(p);
   }
 
-  void add_contact(const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c) {
+  void add_contact(const Parts::Segment& segment, const SegmentPiece& before, int after, const Candidate& c,
+                   std::int32_t pieces_before) {
     const Function* h = parts_.contact(before.part, after);
     if (!h) return;
     const Vec3 x_ba = segment.b - segment.a, x = segment.a + before.end * x_ba;
     const double size = 0.5 * (cloud_.spacing[c.a] + cloud_.spacing[c.b]);
     const Parts::Interface found = parts_.interface_at(x, x_ba, segment.tag_a, before.part, after, size);
-    auto law = std::ranges::find(out_.laws_, h, &Law::h);
-    if (law == out_.laws_.end()) law = out_.laws_.insert(law, {.h = h, .pair = {}, .x = {}, .length = {}, .piece = {}});
-    law->pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));  // the one that is on its way
-    law->x.push_back(x);
-    law->length.push_back(std::abs(dot(x_ba, found.normal)));
-    law->piece.push_back(found.piece);
+    out_.contacts_.push_back({.h = h,
+                              .pair = static_cast<std::int32_t>(out_.pairs_.size()),  // the one that is on its way
+                              .before = pieces_before,
+                              .x = x,
+                              .length = std::abs(dot(x_ba, found.normal)),
+                              .piece = found.piece});
   }
 
   /// A crack leaves a pair the rest of its weight, and the fraction that it cuts a resistance from when it opens.
@@ -246,14 +248,13 @@ class SeriesPairs::Builder {
     cut.G = (1 - whole) * out_.pairs_[pair].G;
     cut.first_crack = first, cut.end_crack = static_cast<std::int32_t>(out_.cracks_.size());
     out_.pairs_[pair].G *= whole;
-    for (Law& law : out_.laws_) {
-      for (std::size_t n = law.pair.size(); n > 0 && law.pair[n - 1] == static_cast<std::int32_t>(pair); --n) {
-        law.pair.push_back(static_cast<std::int32_t>(out_.pairs_.size()));
-        law.x.push_back(Vec3(law.x[n - 1]));
-        law.length.push_back(double(law.length[n - 1]));
-        law.piece.push_back(int(law.piece[n - 1]));
-      }
+    cut.first_contact = static_cast<std::int32_t>(out_.contacts_.size());
+    for (auto n = out_.pairs_[pair].first_contact; n < out_.pairs_[pair].end_contact; ++n) {
+      Contact contact = out_.contacts_[n];
+      contact.pair = static_cast<std::int32_t>(out_.pairs_.size());
+      out_.contacts_.push_back(contact);
     }
+    cut.end_contact = static_cast<std::int32_t>(out_.contacts_.size());
     out_.pairs_.push_back(cut);
   }
 
@@ -278,44 +279,22 @@ SeriesPairs::SeriesPairs(const Cloud& cloud, const Parts& parts, const Neighbour
   Builder builder(*this, cloud, parts, neighbours, G, R);
   collective_try(cloud.comm, [&] { builder.add_pairs(cracks.bonds); });
   fit_contacts_to_areas(parts);
-  collective_try(cloud.comm, [&] { add_constant_contacts(); });
-  depends_on_T_ = any(cloud.comm, !laws_.empty());
+  collective_try(cloud.comm, [&] { sort_contacts_into_laws(); });
+  const auto of = [&](auto depends) {
+    return any(cloud.comm, std::ranges::any_of(laws_, [&](const Law& law) { return depends(law.h.function()); }));
+  };
+  depends_on_T_ = of([](const Function& h) { return h.depends_on_temperature(); });
+  depends_on_time_ = of([](const Function& h) { return h.depends_on_time(); });
+  find_changes(parts);
   open(0);
 }
 
 void SeriesPairs::open(double t) {
   for (Pair& p : pairs_) {
-    p.resistance = p.contacts;
+    p.cracks = 0;
     for (std::int32_t n = p.first_crack; n < p.end_crack; ++n)
-      if (cracks_[n].opens <= t) p.resistance += cracks_[n].resistance;
+      if (cracks_[n].opens <= t) p.cracks += cracks_[n].resistance;
   }
-}
-
-SeriesPairs::Resistances SeriesPairs::resistances(std::span<const double> T, bool derivative) const {
-  Resistances r;
-  for (const Pair& p : pairs_) r.R.push_back(p.resistance);
-  if (derivative) r.dR_dT.assign(pairs_.size(), 0);
-  for (const Law& law : laws_) {
-    const std::size_t n = law.pair.size();
-    std::vector<double> mean(n), h(n), slope(n);
-    for (std::size_t q = 0; q < n; ++q) {
-      const Pair& p = pairs_[law.pair[q]];
-      mean[q] = 0.5 * (T[p.a] + T[p.b]);
-    }
-    const RampedFunction of_mean(*law.h);
-    of_mean.evaluate({.x = law.x, .T = mean}, h);
-    if (derivative) of_mean.derivative({.x = law.x, .T = mean}, slope);
-    for (std::size_t q = 0; q < n; ++q) {
-      const std::int32_t p = law.pair[q];
-      if (!(h[q] >= 0))
-        throw Error(Fault::numbers, law.h->location(),
-                    fmt::format("the contact is {:.6g} W/(m^2 K) at T = {:.6g} K", h[q], mean[q]),
-                    "give 0 (no heat crosses) or more");
-      r.R[p] += resistance_of(h[q], law.length[q]);
-      if (derivative && h[q] > 0) r.dR_dT[p] -= 0.5 * slope[q] / (h[q] * h[q] * law.length[q]);
-    }
-  }
-  return r;
 }
 
 SeriesPairs::Flux SeriesPairs::flux(const Pair& p, const Conductivity& at, double T_a, double T_b, double R) const {
@@ -336,7 +315,7 @@ SeriesPairs::Flux SeriesPairs::flux(const Pair& p, const Conductivity& at, doubl
 }
 
 void SeriesPairs::add_rate(const Conductivity& k, std::span<const double> T, std::span<double> F) const {
-  const Resistances r = resistances(T, false);
+  const Resistances r = resistances(k, T, false);
   for (std::size_t n = 0; n < pairs_.size(); ++n) {
     const Pair& p = pairs_[n];
     const double flow = p.G * flux(p, k, T[p.a], T[p.b], r.R[n]).value;
@@ -345,28 +324,35 @@ void SeriesPairs::add_rate(const Conductivity& k, std::span<const double> T, std
   }
 }
 
+SeriesPairs::Derivatives SeriesPairs::derivatives(const Pair& p, const Conductivity& at, const Flux& f,
+                                                  double jump) const {
+  const Conductivity& ends = *at.ends;
+  double by_a = -f.K, by_b = f.K;  // of the intact flux
+  if (!ends.dk_dT.empty()) {
+    for (std::int32_t m = p.first; m < p.end; ++m) {
+      const std::int32_t e = pieces_[m].end;
+      (ends_.phi.column[e] == p.a ? by_a : by_b) += dK_dk(p, m, f.K, ends) * ends.dk_dT[e] * jump;
+    }
+  }
+  // d[K dT / (1 + K R)] = (d[K dT] - K d[dT]) / (1 + K R)^2 + K d[dT] / (1 + K R).
+  return {.by_a = f.share * (f.share * (by_a + f.K) - f.K), .by_b = f.share * (f.share * (by_b - f.K) + f.K)};
+}
+
+double SeriesPairs::dK_dk(const Pair& p, std::int32_t piece, double K, const Conductivity& ends) const {
+  const double fraction = pieces_[piece].fraction, k = ends.k[pieces_[piece].end];
+  if (p.one_part && ends.mean != Mean::harmonic) return 0.25 / fraction;
+  return k > 0 ? K * K * fraction / (k * k) : 0;
+}
+
 void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T, JacobianEntries& J) const {
   if (pairs_.empty()) return;
-  const Resistances r = resistances(T, true);
-  const Conductivity& ends = *k.ends;
+  const Resistances r = resistances(k, T, true);
   for (std::size_t n = 0; n < pairs_.size(); ++n) {
     const Pair& p = pairs_[n];
     const Flux f = flux(p, k, T[p.a], T[p.b], r.R[n]);
-    const double jump = T[p.b] - T[p.a];
-    double by_a = -f.K, by_b = f.K;  // of the intact flux
-    if (!ends.dk_dT.empty()) {
-      for (std::int32_t m = p.first; m < p.end; ++m) {
-        const std::int32_t e = pieces_[m].end;
-        const double by_k = p.one_part && ends.mean != Mean::harmonic ? 0.25 / pieces_[m].fraction
-                            : ends.k[e] > 0 ? f.K * f.K * pieces_[m].fraction / (ends.k[e] * ends.k[e])
-                                            : 0;
-        (ends_.phi.column[e] == p.a ? by_a : by_b) += by_k * ends.dk_dT[e] * jump;
-      }
-    }
-    // d[K dT / (1 + K R)] = (d[K dT] - K d[dT]) / (1 + K R)^2 + K d[dT] / (1 + K R) - K dT K dR / (1 + K R)^2.
-    const double by_R = f.share == 0 ? 0 : f.intact * f.K * f.share * f.share * r.dR_dT[n];
-    by_a = f.share * (f.share * (by_a + f.K) - f.K) - by_R;
-    by_b = f.share * (f.share * (by_b - f.K) + f.K) - by_R;
+    const auto slopes = std::span(r.slope).subspan(p.first_contact, p.end_contact - p.first_contact);
+    const bool by_faces = std::ranges::any_of(slopes, [](double slope) { return slope != 0; });
+    const auto [by_a, by_b] = by_faces ? derivatives_by_faces(p, k, f, r) : derivatives(p, k, f, T[p.b] - T[p.a]);
     const std::int32_t columns[] = {p.a, p.b};
     const double into_a[] = {p.G * by_a, p.G * by_b}, into_b[] = {-p.G * by_a, -p.G * by_b};
     if (p.a < cloud_->owned) J.add(p.a, columns, into_a);
@@ -375,9 +361,9 @@ void SeriesPairs::add_jacobian(const Conductivity& k, std::span<const double> T,
 }
 
 void SeriesPairs::add_row_sums(const Conductivity& k, std::span<double> sums) const {
-  // Contacts that depend on temperature are left out: without them the sums are larger.
+  // Contacts that change are left out: without them the sums are larger.
   for (const Pair& p : pairs_) {
-    const Flux f = flux(p, k, 0, 0, p.resistance);
+    const Flux f = flux(p, k, 0, 0, p.contacts + p.cracks);
     const double sum = 2 * std::abs(p.G) * f.K * f.share;
     if (p.a < cloud_->owned) sums[p.a] += sum;
     if (p.b < cloud_->owned) sums[p.b] += sum;
@@ -386,7 +372,7 @@ void SeriesPairs::add_row_sums(const Conductivity& k, std::span<double> sums) co
 
 void SeriesPairs::add_moments(const Conductivity& k, std::span<const double> T, std::span<Symmetric3> M,
                               std::span<Vec3> b) const {
-  const Resistances r = resistances(T, false);
+  const Resistances r = resistances(k, T, false);
   for (std::size_t n = 0; n < pairs_.size(); ++n) {
     const Pair& p = pairs_[n];
     const Vec3 x = cloud_->x[p.b] - cloud_->x[p.a];

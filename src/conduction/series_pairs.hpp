@@ -2,11 +2,14 @@
 // Pairs whose heat crosses interfaces, contacts or cracks, and pairs along an interface: the few of a body for which
 // one mean of two conductivities does not do. What the segment between the points runs through conducts in series:
 //   flux = (T_b - T_a) / (sum_p f_p / k_p + R),   f_p the parts of the way, R = sum of 1 / (h |x_ba . n|) of contacts.
+// A conductance h that depends on temperature is that of the mean of the contact's faces, which follow from the flux:
+//   T = (T_- + T_+) / 2,   T_- = T_a + flux (resistances before the contact),   T_+ = T_- + flux / (h(T) |x_ba . n|).
 // With weights that hold linear temperatures exactly, so does heat that flows straight through layers, wherever the
 // interfaces lie: T_b - T_a = -q.n (integral of ds.n / k + 1 / h), and kbar (T_b - T_a) = -q.x_ba.
 #include <limits>
 #include <vector>
 
+#include "base/ramped_function.hpp"
 #include "cloud/cloud.hpp"
 #include "cloud/neighbours.hpp"
 #include "conduction/heat_term.hpp"
@@ -43,7 +46,10 @@ class SeriesPairs {
   /// Where conductivities are wanted: the points as they belong to the parts that meet there.
   const QuadraturePoints& ends() const { return ends_; }
   const std::vector<double>& openings() const { return openings_; }
-  bool depends_on_T() const { return depends_on_T_; }  ///< a contact does, on any rank
+  bool depends_on_T() const { return depends_on_T_; }        ///< a contact does, on any rank
+  bool depends_on_time() const { return depends_on_time_; }  ///< a contact does, on any rank
+  /// Of contacts that depend on time, and the openings of cracks; the same on all ranks.
+  const Changes& changes() const { return changes_; }
   void open(double t);
 
   // F_i += sum_j G_ij flux_ij of the owned points, its derivatives, and the row sums of frozen conductivities.
@@ -57,11 +63,11 @@ class SeriesPairs {
   struct Pair {
     std::int32_t a, b;  ///< local points, id a < id b: both ends add up in the same order
     double G;
-    std::int32_t first, end;  ///< its pieces
-    bool one_part;            ///< two pieces, of its ends
-    double contacts = 0;      ///< R of contacts that do not depend on temperature, m K/W
+    std::int32_t first, end;          ///< its pieces
+    bool one_part;                    ///< two pieces, of its ends
+    double contacts = 0, cracks = 0;  ///< R of contacts that do not change, and of open cracks, m K/W
+    std::int32_t first_contact = 0, end_contact = 0;
     std::int32_t first_crack = 0, end_crack = 0;
-    double resistance = 0;  ///< contacts and open cracks, m K/W
   };
   struct Piece {
     std::int32_t end;  ///< index into ends_
@@ -70,20 +76,36 @@ class SeriesPairs {
   struct CrackResistance {
     double opens, resistance;
   };
-  /// A contact, and the pairs across it.
-  struct Law {
+  /// Where a pair crosses a contact; those of a pair stand in the order from a to b.
+  struct Contact {
     const Function* h;
-    std::vector<std::int32_t> pair;
-    std::vector<Vec3> x;         ///< where they cross it
-    std::vector<double> length;  ///< |x_ba . n|, m
-    std::vector<int> piece;      ///< of a curved interface, see Parts::curved_areas()
+    std::int32_t pair;
+    std::int32_t before;  ///< pieces of the pair before it
+    Vec3 x;               ///< where the pair crosses it
+    double length;        ///< |x_ba . n|, m
+    int piece;            ///< of a curved interface, see Parts::curved_areas()
+    double R = 0;         ///< if it does not change, m K/W
   };
-  /// Of all pairs at one state: R with the contacts that depend on temperature, and dR/dT of both ends' mean.
+  /// Contacts of one conductance that changes.
+  struct Law {
+    RampedFunction h;
+    std::vector<std::int32_t> contact;
+    std::vector<Vec3> x;
+  };
+  /// At one state: R of all pairs; of the contacts R and, for Jacobians, d(h |x_ba . n|)/dT, W/(m K^2).
   struct Resistances {
-    std::vector<double> R, dR_dT;
+    std::vector<double> R, of_contact, slope;
+  };
+  /// What the solution for a contact's faces starts from: the temperature jumps from point to point by `jump`; the rest
+  /// of the pair has the resistance `others`, `before` of it up to the contact.
+  struct Faces {
+    double T_a, jump, before, others;
   };
   struct Flux {
     double intact, K, share, value;  ///< without R; kbar without R; 1 / (1 + K R); with R
+  };
+  struct Derivatives {
+    double by_a, by_b;  ///< of a flux, by the temperatures of its points
   };
   class Builder;
 
@@ -92,17 +114,29 @@ class SeriesPairs {
     return h > 0 ? 1 / (h * length) : std::numeric_limits<double>::infinity();
   }
   void fit_contacts_to_areas(const Parts& parts);
-  void add_constant_contacts();
-  Resistances resistances(std::span<const double> T, bool derivative) const;
+  void sort_contacts_into_laws();
+  void find_changes(const Parts& parts);
+  Resistances resistances(const Conductivity& at, std::span<const double> T, bool derivative) const;
+  void follow_time(const Law& law, double t, std::vector<double>& R) const;
+  void solve_faces(const Law& law, const Conductivity& at, std::span<const double> T, std::span<const char> is_wanted,
+                   Resistances& r, bool derivative) const;
+  Faces faces(const Contact& c, const Conductivity& at, std::span<const double> T, std::span<const double> R) const;
+  Derivatives derivatives(const Pair& p, const Conductivity& at, const Flux& f, double jump) const;
+  /// dK/dk of the conductivity at the end of a piece.
+  double dK_dk(const Pair& p, std::int32_t piece, double K, const Conductivity& ends) const;
+  Derivatives derivatives_by_faces(const Pair& p, const Conductivity& at, const Flux& f, const Resistances& r) const;
   Flux flux(const Pair& p, const Conductivity& at, double T_a, double T_b, double R) const;
 
   const Cloud* cloud_ = nullptr;
-  bool exist_ = false, depends_on_T_ = false;
+  bool exist_ = false, depends_on_T_ = false, depends_on_time_ = false;
   std::vector<Pair> pairs_;  ///< by id a, then id b
   std::vector<Piece> pieces_;
   std::vector<CrackResistance> cracks_;
-  std::vector<Law> laws_;  ///< those that depend on temperature
+  std::vector<Contact> contacts_;
+  std::vector<Law> laws_;
+  std::vector<char> shares_pair_;  ///< of every contact: does its pair cross others of temperature?
   std::vector<double> openings_;
+  Changes changes_;
   QuadraturePoints ends_;
 };
 

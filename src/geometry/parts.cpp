@@ -247,14 +247,16 @@ void declare_parts(Schema& schema) {
               .keys = {{"material", Kind::text, "", required, "Material of the layer."},
                        {"thickness", Kind::quantity, "m", required, "Thickness of the layer."},
                        {"contact", Kind::function, "W/(m^2 K)", optional,
-                        "Conductance of the contact with the layer before it, of place and temperature; absent: they "
+                        "Conductance of the contact with the layer before it, of place, time and the mean temperature "
+                        "of its faces; absent: they "
                         "touch."}}});
   auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
   keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
   keys.push_back({"tag", Kind::text, "", optional,
                   "Tag of the points of the region; on a body of shape = \"surface\" the name of a part."});
   keys.push_back({"contact", Kind::function, "W/(m^2 K)", optional,
-                  "Conductance of the contact with what is around it, of place and temperature; absent: they touch."});
+                  "Conductance of the contact with what is around it, of place, time and the mean temperature of its "
+                  "faces; absent: they touch."});
   schema.add({.path = "body.region[]",
               .sentence = "A part of the body, by formula or tag; of two regions that overlap the later one counts.",
               .keys = keys});
@@ -265,7 +267,8 @@ void declare_parts(Schema& schema) {
        .keys = {
            {"between", Kind::texts, "", required, "The two parts, each by the tag of its region or by its material."},
            {"conductance", Kind::function, "W/(m^2 K)", required,
-            "Conductance of the contact, of place and temperature; 0: no heat crosses it."}}});
+            "Conductance of the contact, of place, time and the mean temperature of its faces; 0: no heat crosses "
+            "it."}}});
 }
 
 }  // namespace calor

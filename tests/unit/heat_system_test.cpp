@@ -37,6 +37,11 @@ thickness = "0.25 m"
 material = "b"
 thickness = "0.25 m"
 )toml";
+/// Of temperature and time.
+const std::string contact = "contact = { formula = \"20 + 0.05*T + 1e-7*T^3 + 10*t\", unit = \"W/(m^2 K)\" }\n";
+/// A layer between the points, with contacts on both sides that hang on each other.
+const std::string between_contacts = replaced(replaced(two_layers, "0.25 m", "0.21 m"), "0.25 m", "0.28 m") + contact +
+                                     "[[body.layer]]\nmaterial = \"a\"\nthickness = \"0.01 m\"\n" + contact;
 const std::string graded = simple_material({.name = "a", .k = "20 + 0.03*T", .rho = "8000", .c = "400 + 0.2*T"}) +
                            simple_material({.name = "b", .k = "5 + 4e-6*T^2", .rho = "3000", .c = "800"}) + R"toml(
 [material.m]
@@ -93,6 +98,9 @@ const std::vector<Named>& systems() {
       {"a layer before a wall", lattice_plate + "at = \"cells\"\n" +
                                     replaced(replaced(two_layers, "0.25 m", "0.47 m"), "0.25 m", "0.03 m") +
                                     all_exchanges},
+      {"a contact between points", lattice_plate + two_layers + contact + all_exchanges},
+      {"a contact that cuts points off", jittered_plate + two_layers + contact + all_exchanges},
+      {"two contacts in one pair", lattice_plate + between_contacts + all_exchanges},
       {"mixture", jittered_plate + graded + all_exchanges},
       {"constant properties", lattice_plate + constant + all_exchanges},
       {"algebraic walls, integral mean", lattice_plate + of_T_alone + paper + all_exchanges},
