@@ -221,19 +221,22 @@ std::vector<double> acting_area(const SurfaceTerm& term) {
 }
 
 /// What a flux is at the start, at two temperatures near those of its surroundings: a flux that vanishes at one of them
-/// does not at the other.
+/// does not at the other. And what it owes to the surroundings, -dq/dT T_ambient, as these may jump from place to
+/// place.
 Integrand flux_at_start(const SurfaceFlux& flux) {
   return {.f = [&](std::span<const Vec3> x, std::span<double> out) {
     if (!flux.depends_on_temperature()) return flux.evaluate({.x = x}, out, {});
     std::ranges::fill(out, 0.0);
     constexpr double other = 40;  // K
-    std::vector<double> T = flux.ambient(x, 0), q(x.size());
-    if (T.empty()) return;  // nobody knows which temperatures it is made for
+    const std::vector<double> ambient = flux.ambient(x, 0);
+    if (ambient.empty()) return;  // nobody knows which temperatures it is made for
+    std::vector<double> T = ambient, q(x.size()), slope(x.size());
     for (const double part : {1., 0.6}) {
-      flux.evaluate({.x = x, .T = T}, q, {});
+      flux.evaluate({.x = x, .T = T}, q, slope);
       for (std::size_t n = 0; n < q.size(); ++n) out[n] += part * q[n];
       for (double& t : T) t += other;
     }
+    for (std::size_t n = 0; n < q.size(); ++n) out[n] -= slope[n] * ambient[n];
   }};
 }
 

@@ -1,6 +1,4 @@
 // Convection: k dT/dn = h (T_ambient - T), n outward.
-#include <fmt/format.h>
-
 #include <limits>
 
 #include "base/ramped_function.hpp"
@@ -54,11 +52,8 @@ SurfaceFluxKind convection() {
               },
           .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
             const Table table = boundary.sub("convection");
-            const Function ambient = table.function("ambient");
-            if (ambient.is_constant() && ambient() < 0)
-              table.refuse("ambient", fmt::format("'ambient' is {:.6g} K, below absolute zero", ambient()),
-                           "check the number and its unit");
-            return std::make_unique<Convection>(RampedFunction(table.function("h"), x), PointFunction(ambient, x));
+            return std::make_unique<Convection>(RampedFunction(table.function("h"), x),
+                                                PointFunction(ambient_of(table), x));
           }};
 }
 

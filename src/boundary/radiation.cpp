@@ -62,7 +62,7 @@ SurfaceFluxKind radiation() {
           .make = [](const Table& boundary, std::span<const Vec3> x) -> std::unique_ptr<SurfaceFlux> {
             const Table table = boundary.sub("radiation");
             return std::make_unique<Radiation>(PointFunction(table.function("emissivity"), x),
-                                               PointFunction(table.function("ambient"), x));
+                                               PointFunction(ambient_of(table), x));
           }};
 }
 

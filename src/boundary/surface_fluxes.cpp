@@ -66,6 +66,17 @@ void check_range(std::span<const double> values, double low, double high, const 
   }
 }
 
+Function ambient_of(const Table& table) {
+  const Function ambient = table.function("ambient");
+  if (ambient.depends_on_temperature())
+    table.refuse("ambient", "'ambient' depends on T, the temperature of the wall",
+                 "use place and time only: x, y, z, r, t; what follows the wall belongs into h, or into a flux");
+  if (ambient.is_constant() && ambient() < 0)
+    table.refuse("ambient", fmt::format("'ambient' is {:.6g} K, below absolute zero", ambient()),
+                 "check the number and its unit");
+  return ambient;
+}
+
 Changes changes_of(const Function& a, const Function& b) {
   Changes all = a.changes();
   all.add(b.changes());

@@ -28,6 +28,9 @@ Registry<SurfaceFluxKind>& surface_fluxes();
 void check_range(std::span<const double> values, double low, double high, const Function& f, const Arguments& args,
                  const std::string& what, const std::string& unit, const std::string& cure);
 
+/// The function `ambient` of a table. Refuses those of temperature, which would be that of the wall.
+Function ambient_of(const Table& table);
+
 /// Of both in time.
 Changes changes_of(const Function& a, const Function& b);
 

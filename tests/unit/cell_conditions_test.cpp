@@ -46,6 +46,27 @@ flux = {{ formula = "x {} 1.9 ? 7 + x : 0", unit = "W/m^2" }}
   }
 }
 
+TEST(Conditions, TakeTheSurroundingsOfEveryPlace) {
+  const Bound b(plate(R"toml(
+[boundary.air]
+on = "ymax"
+convection = { h = "10 W/(m^2 K)", ambient = { formula = "x < 1.3 ? 500 : 250", unit = "K" } }
+[boundary.sky]
+on = "ymin"
+radiation = { emissivity = 0.5, ambient = { formula = "x < 0.7 ? 500 : 250", unit = "K" } }
+)toml"));
+  const auto heat = [](const SurfaceTerm& term) {
+    const std::vector<double> T(term.x.size(), 300);
+    std::vector<double> q(T.size());
+    term.flux->evaluate({.x = term.x, .T = T}, q, {});
+    return std::inner_product(q.begin(), q.end(), term.area.begin(), 0.0);
+  };
+  const double length = total_area(b.conditions.fluxes[0]) / 0.1;
+  EXPECT_NEAR(heat(b.conditions.fluxes[0]), 0.1 * 10 * (1.3 * 200 - (length - 1.3) * 50), 1e-10);
+  const auto black = [](double T) { return 0.5 * 5.670374419e-8 * (std::pow(T, 4) - std::pow(300, 4)); };
+  EXPECT_NEAR(heat(b.conditions.fluxes[1]), 0.1 * (0.7 * black(500) + (length - 0.7) * black(250)), 1e-9);
+}
+
 TEST(Conditions, HoldOnCurvedFacesWhosePointsAloneAreExact) {
   // 40 points on a circle of radius 1 m: the way between them runs 3e-3 m inside.
   std::string rows = "x [m],y [m],volume [m^3],area_x [m^2],area_y [m^2]\n0,0,1,0,0\n";

@@ -278,7 +278,7 @@ TEST(Conditions, RefuseValuesOutOfRange) {
   refused("[boundary.xmin]\nradiation = { emissivity = 1.2, ambient = \"300 K\" }\n",
           {"emissivity is 1.2", "between 0 and 1"});
   refused("[boundary.xmin]\nradiation = { emissivity = 0.2, ambient = \"-300 degC\" }\n",
-          {"ambient temperature of the radiation is -26.85 K"});
+          {"'ambient' is -26.85 K, below absolute zero"});
   refused("[boundary.xmin]\nconvection = { h = \"3 W/(m^2 K)\" }\n", {"ambient"});
   refused("[boundary.xmin]\nflux = { formula = \"1/(y - 1)\", unit = \"W/m^2\" }\n", {"(0, 1, 0)"});
 }
