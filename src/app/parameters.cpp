@@ -13,7 +13,7 @@ namespace {
 
 /// material.NAME.conductivity and what is below it.
 bool is_conductivity(const std::string& path) {
-  const std::vector<std::string> keys = split_path(path.substr(0, path.find('[')));
+  const std::vector<std::string> keys = split_path(path);
   return keys.size() > 2 && keys[0] == "material" && keys[2] == "conductivity";
 }
 

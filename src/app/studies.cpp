@@ -12,7 +12,8 @@ void declare_studies(Schema& schema) {
       {.path = "fit.unknown[]",
        .sentence = "A number of the case that is not known.",
        .keys = {{"key", Kind::text, "", required,
-                 "Where it stands, such as \"material.coating.conductivity\"; [0], [1], ... after it name an entry of "
+                 "Where it stands, such as \"material.coating.conductivity\" or \"body.layer[0].contact\": [0] is the "
+                 "first entry of "
                  "a list."},
                 {"start", Kind::raw_quantities, "", required, "Where the search begins, with the unit of the key."},
                 {"from", Kind::raw_quantities, "", optional, "It is at least this."},

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "base/units.hpp"
+#include "case/entries.hpp"
 #include "case/json.hpp"
 #include "case/keys.hpp"
 #include "case/schema.hpp"
@@ -102,8 +103,8 @@ void apply_variant(const Schema& schema, Value& root, const Value& variant) {
     for (const std::string& path : read_texts(*remove, {"remove", Kind::texts, "", optional, ""})) {
       const std::vector<std::string> keys = split_path(path);
       Value* table = &root;
-      for (std::size_t n = 0; table && n + 1 < keys.size(); ++n) table = table->find(keys[n]);
-      if (!table || !table->find(keys.back()))
+      for (std::size_t n = 0; table && n + 1 < keys.size(); ++n) table = find_at(*table, keys[n]);
+      if (!table || !table->is_table() || !table->find(keys.back()))
         refuse_value(*remove, fmt::format("the case has no '{}' to remove", path), "check the name");
       std::erase_if(table->entries, [&](const Entry& entry) { return entry.key == keys.back(); });
     }

@@ -2,6 +2,7 @@
 #include <algorithm>
 
 #include "case/case.hpp"
+#include "case/entries.hpp"
 #include "case/keys.hpp"
 #include "case/tree.hpp"
 
@@ -35,11 +36,25 @@ void drop_replaced(const Schema& schema, const std::string& schema_path, const V
 }  // namespace
 
 void change_case(const Schema& schema, Value& root, const std::vector<std::string>& keys, const Value& value) {
-  const Value before = root;
+  Value before = root;
   set_path(root, keys, value);
+  // What an entry of a list replaces, it replaces within itself.
+  const auto last = std::find_if(keys.rbegin(), keys.rend(), [](const std::string& key) { return entry_of(key); });
+  const auto below = static_cast<std::size_t>(keys.rend() - last);
+  Value *was = &before, *now = &root;
+  std::string schema_path;
+  for (std::size_t n = 0; n < below; ++n) {
+    if (now->is_table()) {
+      const bool is_section = std::ranges::count(keys_of(schema, schema_path, now).tables, keys[n]) > 0;
+      const bool is_list = n + 1 < below && entry_of(keys[n + 1]);
+      schema_path = join(schema_path, is_list ? keys[n] + "[]" : is_section ? keys[n] : "*");
+    }
+    was = find_at(*was, keys[n]), now = find_at(*now, keys[n]);
+  }
+  if (!now->is_table()) return;
   Value changes = Value::empty_table(value.location);
-  set_path(changes, keys, value);
-  if (root.is_table() && changes.is_table()) drop_replaced(schema, "", &before, changes, root);
+  set_path(changes, {keys.begin() + static_cast<std::ptrdiff_t>(below), keys.end()}, value);
+  if (changes.is_table()) drop_replaced(schema, schema_path, was, changes, *now);
 }
 
 }  // namespace calor

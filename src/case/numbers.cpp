@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <optional>
-#include <stdexcept>
 #include <string_view>
 
 #include "base/units.hpp"
+#include "case/entries.hpp"
 #include "case/keys.hpp"
 
 namespace calor {
@@ -46,16 +46,10 @@ bool for_numbers(Value& v, const std::string& path, const Use& f) {
 }
 
 /// The value below `root`; null where there is none.
-Value* find(Value& root, std::span<const std::string> keys, std::span<const std::size_t> entries) {
+Value* find(Value& root, std::span<const std::string> keys) {
   Value* at = &root;
-  for (const std::string& key : keys) {
-    at = at->is_table() ? at->find(key) : nullptr;
-    if (!at) return nullptr;
-  }
-  for (const std::size_t n : entries) {
-    if (at->type != Value::Type::list || n >= at->list.size()) return nullptr;
-    at = &at->list[n];
-  }
+  for (const std::string& key : keys)
+    if (at) at = find_at(*at, key);
   return at;
 }
 
@@ -66,20 +60,13 @@ CaseNumbers::CaseNumbers(const Case& c, const std::string& path, const SourceLoc
     throw Error(Fault::bad_case, asked_at, problem,
                 "name a number as it stands in the case, such as material.steel.conductivity or source.arc.power");
   };
-  const std::size_t bracket = path.find('[');
   try {
-    keys_ = split_path(path.substr(0, bracket));
-    for (std::string_view rest = bracket == path.npos ? "" : std::string_view(path).substr(bracket); !rest.empty();) {
-      const std::size_t end = rest.find(']');
-      if (rest.front() != '[' || end == rest.npos) throw std::invalid_argument("bracket");
-      entry_.push_back(std::stoul(std::string(rest.substr(1, end - 1))));
-      rest.remove_prefix(end + 1);
-    }
-  } catch (const std::exception&) {
+    keys_ = split_path(path);
+  } catch (const Error&) {
     refuse(fmt::format("'{}' is no path of a key", path));
   }
   Value root = *c.root().node().root;
-  Value* at = find(root, keys_, entry_);
+  Value* at = find(root, keys_);
   if (!at) refuse(fmt::format("the case has no '{}'", path));
   const bool are_numbers = for_numbers(*at, path, [&](double value, const std::string& name) {
     values_.push_back(value);
@@ -91,7 +78,7 @@ CaseNumbers::CaseNumbers(const Case& c, const std::string& path, const SourceLoc
 Case CaseNumbers::with(std::span<const double> values) const {
   Value root = *case_.root().node().root;
   auto next = values.begin();
-  for_numbers(*find(root, keys_, entry_), "", [&](double& value, const std::string&) { value = *next++; });
+  for_numbers(*find(root, keys_), "", [&](double& value, const std::string&) { value = *next++; });
   for (const char* unread :
        {"fit", "study", "optimise", "expect", "variant"})  // a run takes no notice of them, or does not change
     std::erase_if(root.entries, [&](const Entry& entry) { return entry.key == unread; });

@@ -10,9 +10,9 @@ namespace calor {
 
 class CaseNumbers {
  public:
-  /// The number at a path, such as material.steel.conductivity; [0], [1], ... after it name an entry of a list. Of a
-  /// list without them: all of its entries, the last index running fastest. `asked_at`: where the path is written.
-  /// Throws Error(bad_case) where there is no number.
+  /// The number at a path, such as material.steel.conductivity or body.layer[1].contact. Of a list: all of its entries,
+  /// the last index running fastest. `asked_at`: where the path is written. Throws Error(bad_case) where there is no
+  /// number.
   CaseNumbers(const Case& c, const std::string& path, const SourceLocation& asked_at);
 
   /// As they are written, in the unit that stands there.
@@ -24,8 +24,7 @@ class CaseNumbers {
 
  private:
   const Case& case_;
-  std::vector<std::string> keys_;  // the tables to go through
-  std::vector<std::size_t> entry_;
+  std::vector<std::string> keys_;  // see split_path
   std::vector<double> values_;
   std::vector<std::string> names_;
 };

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <tuple>
 
+#include "case/entries.hpp"
 #include "case/tree.hpp"
 
 namespace calor {
@@ -136,17 +137,39 @@ Value read_toml_value(const std::string& text, const SourceLocation& location) {
 }
 
 std::vector<std::string> split_path(const std::string& path) {
-  std::vector<std::string> keys;
-  refuse_depth(path, "");
-  try {
-    const toml::table table = toml::parse(path + " = 0", std::string_view());
-    for (const toml::table* at = &table; at && at->size() == 1; at = at->begin()->second.as_table())
-      keys.emplace_back(at->begin()->first.str());
-  } catch (const toml::parse_error&) {
-  }
-  if (keys.empty())
+  const auto refuse = [&]() {
     throw Error(Fault::command, fmt::format("'{}' is not the path of a key", path),
                 "write it as in cloud.radius=\"20 mm\"");
+  };
+  std::vector<std::string> keys;
+  refuse_depth(path, "");
+  for (std::size_t at = 0; at < path.size();) {
+    if (path[at] == '[') {
+      const std::size_t end = std::min(path.find(']', at), path.size() - 1);
+      keys.push_back(path.substr(at, end + 1 - at));
+      if (keys.size() == 1 || !entry_of(keys.back())) refuse();
+      at = end + 1;
+      continue;
+    }
+    if (!keys.empty() && path[at++] != '.') refuse();
+    std::size_t end = at;
+    for (char quote = 0; end < path.size() && (quote != 0 || path[end] != '['); ++end) {
+      if (path[end] == quote)
+        quote = 0;
+      else if (quote == 0 && (path[end] == '"' || path[end] == '\''))
+        quote = path[end];
+    }
+    const std::size_t before = keys.size();
+    try {
+      const toml::table table = toml::parse(path.substr(at, end - at) + " = 0", std::string_view());
+      for (const toml::table* in = &table; in && in->size() == 1; in = in->begin()->second.as_table())
+        keys.emplace_back(in->begin()->first.str());
+    } catch (const toml::parse_error&) {
+    }
+    if (keys.size() == before) refuse();
+    at = end;
+  }
+  if (keys.empty()) refuse();
   return keys;
 }
 

@@ -4,8 +4,11 @@
 
 #include <algorithm>
 #include <cctype>
+#include <charconv>
 #include <cmath>
+#include <system_error>
 
+#include "case/entries.hpp"
 #include "case/json.hpp"
 
 namespace calor {
@@ -140,10 +143,36 @@ void merge(Value& into, const Value& changes) {
   }
 }
 
+std::optional<std::size_t> entry_of(const std::string& key) {
+  std::size_t n = 0;
+  const char *begin = key.data() + 1, *end = key.data() + key.size() - 1;
+  if (key.size() < 3 || key.front() != '[' || key.back() != ']') return std::nullopt;
+  const auto [last, error] = std::from_chars(begin, end, n);
+  if (error != std::errc() || last != end) return std::nullopt;
+  return n;
+}
+
+Value* find_at(Value& value, const std::string& key) {
+  if (value.is_table()) return value.find(key);
+  const auto n = entry_of(key);
+  return n && value.type == Value::Type::list && *n < value.list.size() ? &value.list[*n] : nullptr;
+}
+
 void set_path(Value& root, const std::vector<std::string>& keys, const Value& value) {
   Value* at = &root;
   std::string path;
   for (const std::string& key : keys) {
+    if (at->type == Value::Type::list && entry_of(key)) {
+      at = find_at(*at, key);
+      path += key;
+      if (!at)
+        throw Error(Fault::bad_case, value.location, fmt::format("the case has no '{}'", path),
+                    "entries of lists are counted from 0");
+      continue;
+    }
+    if (entry_of(key))
+      throw Error(Fault::bad_case, value.location, fmt::format("the case has no list '{}'", path),
+                  "[n] after a key is an entry of a list");
     if (!at->is_table())
       throw Error(Fault::bad_case, value.location, fmt::format("'{}' is {}, not a table", path, at->described()),
                   "a key=value changes whole lists and values: give a new one for " + path);

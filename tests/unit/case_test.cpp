@@ -230,6 +230,44 @@ TEST(Overrides, ReplaceLists) {
             std::vector<std::string>{"ymin"});
 }
 
+TEST(Overrides, ChangeEntriesOfListsCountedFromZero) {
+  const std::string text =
+      "conductivity = { table = [[300, 40], [500, 30]], unit = \"W/(m K)\", of = \"temperature\" }\n"
+      "[boundary.top]\non = [\"xmin\", \"xmax\"]\n[[expect]]\nwithin = \"1 K\"\n[[expect]]\nwithin = \"2 K\"\nat = \"1 "
+      "s\"\n";
+  const std::vector<std::string> changes = {"expect[1].at=\"3 s\"", "boundary.top.on[1]=ymax",
+                                            "material.steel.conductivity.table[0][1]=50"};
+  const Case c = parse("title = \"A case\"\n[cloud]\n[material.steel]\n" + text, changes);
+  const auto all = c.root().list("expect");
+  EXPECT_FALSE(all[0].has("at"));
+  EXPECT_EQ(all[1].numbers("at"), std::vector<double>{3});
+  EXPECT_EQ(c.section("boundary").sub("top").texts("on"), (std::vector<std::string>{"xmin", "ymax"}));
+  EXPECT_EQ(c.section("material").sub("steel").function("conductivity")({}, 0, 400), 40);
+  EXPECT_EQ(message(head, {"expect[0].within=1 K"}),
+            "command line (expect[0].within): the case has no list 'expect': [n] after a key is an entry of a list");
+  EXPECT_EQ(message(head + "[[expect]]\nwithin = \"1 K\"\n", {"expect[1].within=1 K"}),
+            "command line (expect[1].within): the case has no 'expect[1]': entries of lists are counted from 0");
+  for (const std::string path : {"expect[]", "expect[one].at", "expect[0", "[0].at", "expect[0]at"})
+    EXPECT_EQ(message(head, {path + "=1 s"}, Fault::command),
+              "'" + path + "' is not the path of a key: write it as in cloud.radius=\"20 mm\"");
+}
+
+TEST(Overrides, ReplaceWithinEntriesWhatTheyReplaceElsewhere) {
+  // A key that stands in place of another one drops it: here, of a list of clouds.
+  Schema s;
+  s.add({.path = "", .sentence = "", .keys = {{"title", Kind::text, "", "", ""}}});
+  s.add({.path = "body.part[]",
+         .sentence = "",
+         .keys = {{"points", Kind::integer, "", optional, "", {}, {"spacing"}},
+                  {"spacing", Kind::quantity, "m", optional, "", {}, {"points"}}}});
+  const Case c = Case::parse("[[body.part]]\npoints = 3\n[[body.part]]\npoints = 4\n", "a.toml", s,
+                             {"body.part[1].spacing=\"2 mm\""});
+  const auto parts = c.section("body").list("part");
+  EXPECT_TRUE(parts[0].has("points"));
+  EXPECT_FALSE(parts[1].has("points"));
+  EXPECT_DOUBLE_EQ(parts[1].number("spacing"), 0.002);
+}
+
 TEST(Overrides, MayGiveWhatTheFileLacks) {
   EXPECT_EQ(parse("[cloud]\n[material.a]\nconductivity = \"1 W/(m K)\"\n", {"title=\"Late\""}).root().text("title"),
             "Late");
