@@ -2,6 +2,7 @@
 from __future__ import annotations
 
 import argparse
+import io
 import pathlib
 import signal
 import sys
@@ -230,6 +231,9 @@ MANY_RUNS = {"certify": write_certificate, "fit": write_fit, "study": write_stud
 
 
 def main(words: list[str]) -> int:
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="replace")  # where it takes ASCII alone
     options = read_arguments(words)
     try:
         from .command import CalorError, CommandError, FileError

@@ -146,7 +146,18 @@ class Result:
         except ValueError as error:
             raise FileError(f"{self.folder}/report.json: {error}") from None
         unit = self.report["case"].get("output", {}).get("temperature", "K")
-        self.temperature_unit: str = unit if unit in DEGREES else "K"
+        self.temperature_unit = unit if unit in DEGREES else "K"
+
+    @property
+    def temperature_unit(self) -> str:
+        """The unit in which temperatures are shown. Raises ValueError for others than "K", "degC" and "degF"."""
+        return self._temperature_unit
+
+    @temperature_unit.setter
+    def temperature_unit(self, unit: str) -> None:
+        if unit not in DEGREES:
+            raise ValueError(f"temperature_unit = {unit!r}: take one of {', '.join(DEGREES)}")
+        self._temperature_unit = unit
 
     # What came out ---------------------------------------------------------------------------------------------------
 

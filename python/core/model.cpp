@@ -1,6 +1,7 @@
 #include "model.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <csignal>
 #include <optional>
 #include <set>
@@ -216,8 +217,9 @@ Array CaseModel::solve() const {
 Array CaseModel::march(const std::vector<double>& times) const {
   if (is_steady(case_))
     case_.root().refuse("steady", "the case is steady", "solve it, or take [time] in place of [steady]");
-  if (!std::ranges::is_sorted(times) || (!times.empty() && times.front() < 0))
-    throw py::value_error("times ascend from 0 s");
+  const bool are_finite = std::ranges::all_of(times, [](double t) { return std::isfinite(t); });
+  if (!are_finite || !std::ranges::is_sorted(times) || (!times.empty() && times.front() < 0))
+    throw py::value_error("times are finite and ascend from 0 s");
   std::set<double> stops(times.begin(), times.end());
   for (const double event : system().events())
     if (!times.empty() && event > 0 && event < times.back()) stops.insert(event);

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <limits>
 #include <string>
 #include <vector>
@@ -15,6 +16,7 @@
 #include "cloud/points.hpp"
 #include "cloud/shapes.hpp"
 #include "conduction/method.hpp"
+#include "output/files.hpp"
 #include "output/vtu.hpp"
 #include "surface/body.hpp"
 
@@ -169,6 +171,7 @@ int show_cloud(const Case& c, const std::string& name, MPI_Comm comm) {
   for (int i = 0; i < cloud->owned; ++i)
     area.insert(area.end(), {cloud->area[i].x, cloud->area[i].y, cloud->area[i].z});
   const auto lines = table(*cloud, q);
+  make_folder(comm, std::filesystem::path(name).parent_path().string());
   write_cloud(*cloud, name,
               {{.name = "evenness", .values = q.evenness},
                {.name = "neighbours", .values = q.neighbours},

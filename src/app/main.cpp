@@ -10,10 +10,12 @@
 #include <csignal>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <functional>
 #include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -135,6 +137,13 @@ void require_open_files() {
   for (const int file : open_files) close(file);
   if (!are_enough)
     throw MachineLacks(fmt::format("fewer than {} more files may be open at once: see ulimit -n", needed));
+}
+
+/// Nor do MPI and PETSc start in a folder that has been deleted.
+void require_working_folder() {
+  std::error_code gone;
+  std::filesystem::current_path(gone);
+  if (gone) throw MachineLacks("the folder that it is started in is gone: change to another one");
 }
 
 /// Runs a verb under MPI and PETSc; PETSc's own handlers would print stacks over our messages.
@@ -297,6 +306,7 @@ int command(int argc, char** argv) {
     if (*verbs.help) return finish_output(show_help(app, a.name));
     if (*verbs.fresh) return finish_output(new_case(a.name, a.from));
     if (*verbs.list) return finish_output(list_examples(a.key));
+    require_working_folder();
     if (std::ranges::any_of(verbs.of_python, [](CLI::App* verb) { return verb->parsed(); }))
       become_python({argv + 1, argv + argc});
     if (*verbs.show) return finish_output(show_case(Case::read(a.case_file, schema(), a.overrides)));

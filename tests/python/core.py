@@ -174,6 +174,8 @@ class Models(InAFolder):
             model.solve()
         with self.assertRaisesRegex(ValueError, "ascend"):
             model.march([2, 1])
+        with self.assertRaisesRegex(ValueError, "finite"):
+            model.march([0, float("nan")])
         with self.assertRaises(CaseError) as wrong:
             core.Model(PLATE, {"boundary.hot.on": "left"})
         self.assertEqual((wrong.exception.code, wrong.exception.key), (3, "boundary.hot.on"))

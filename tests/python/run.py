@@ -171,6 +171,8 @@ class Package(unittest.TestCase):
         np.testing.assert_array_equal(shown["time"], result.probes["time"])
         result.temperature_unit = "degF"
         np.testing.assert_allclose(result.shown(result.probes)["hot"], 32 + 1.8 * shown["hot"])
+        with self.assertRaisesRegex(ValueError, "degX"):
+            result.temperature_unit = "degX"
         self.assertEqual(shared(RING).degrees, "K")
 
     def test_an_error_in_a_file_says_file_line_column_and_key(self):
