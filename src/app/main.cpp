@@ -142,7 +142,7 @@ void require_open_files() {
 /// Nor do MPI and PETSc start in a folder that has been deleted.
 void require_working_folder() {
   std::error_code gone;
-  std::filesystem::current_path(gone);
+  (void)std::filesystem::current_path(gone);
   if (gone) throw MachineLacks("the folder that it is started in is gone: change to another one");
 }
 
