@@ -22,7 +22,7 @@ _calor() {
   else
     case $verb in
       run) words="-o -j --units --quiet --restart --time-limit" ;;
-      check) words="-j --units" ;;
+      check) words="-j --units --numbers" ;;
       cloud) words="-j -o --units" ;;
       certify) words="--budget --methods --refine --twin -j -o" ;;
       fit) words="-j -o" ;;

@@ -234,12 +234,12 @@ double HeatSystem::largest_free(std::span<const double> values) const {
   if (not_free_.empty()) {
     const ValueRange range = range_of(values);
     largest = all_finite(values) ? std::max({-range.low, range.high, 0.0}) : std::numeric_limits<double>::infinity();
-    return max(cloud_.comm, largest);
-  }
-  for (int i = 0; i < cloud_.owned; ++i) {
-    if (role_[i] != Role::free) continue;
-    const double size = std::abs(values[i]);
-    if (!(size <= largest)) largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : size;
+  } else {
+    for (int i = 0; i < cloud_.owned; ++i) {
+      if (role_[i] != Role::free) continue;
+      const double size = std::abs(values[i]);
+      if (!(size <= largest)) largest = std::isnan(size) ? std::numeric_limits<double>::infinity() : size;
+    }
   }
   return max(cloud_.comm, largest);
 }
