@@ -28,9 +28,12 @@
 namespace calor {
 namespace {
 
-void solve(const RunSetup& run, State& state, const Observers& observers, RunResult& result) {
+/// Until the state is found there are no results that an interrupt would have to wait for.
+void solve(const RunSetup& run, State& state, const Observers& observers, std::optional<InterruptsWait>& results_first,
+           RunResult& result) {
   SteadyReport report;
   run.phases.measure("solve", [&] { report = solve_steady(run.description, run.system, state); });
+  results_first.emplace();
   result.numbers.insert({{"newton_iterations", report.newton_iterations},
                          {"linear_iterations", static_cast<double>(report.linear_iterations)},
                          {"residual", report.residual},
@@ -169,7 +172,8 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
 
   // What a case can be refused for has been refused: from here on files are written.
   lock.take();
-  const InterruptsWait results_first;
+  std::optional<InterruptsWait> results_first;
+  if (march) results_first.emplace();
   log.open(options.folder, stored.has_value());
   if (stored) {
     for (const std::string& note : stored->notes) say(comm, spdlog::level::warn, note);
@@ -186,7 +190,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
     if (march)
       march->run(pace, checkpoints, result);
     else
-      solve(setup, state, observers, result);
+      solve(setup, state, observers, results_first, result);
   } catch (const Error& e) {
     if (e.fault() != Fault::bad_case) throw;
     throw Error(Fault::numbers, e.location(), e.problem(), e.cure());  // the case went well until here
