@@ -120,6 +120,18 @@ void introduce(const Case& c, const Model& model, const Probes& probes, const In
   for (const std::string& note : integrator->notes) say(comm, spdlog::level::info, note);
 }
 
+/// With all that is known of it beforehand.
+RunResult result_of(const Case& c, const RunOptions& options, const std::vector<ReportNumber>& numbers,
+                    const Integrator* integrator) {
+  RunResult result;
+  result.command = options.command;
+  for (const auto& [name, unit] : numbers)
+    if (!unit.empty()) result.units[name] = unit;
+  result.texts = {{"method", chosen_method(c).name}, {"integrator", integrator ? integrator->name() : "steady"}};
+  if (integrator) result.texts["integrator_why"] = integrator->why;
+  return result;
+}
+
 RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, RunLog& log) {
   const TemperatureUnit unit = TemperatureUnit::of(c);
   FolderLock lock(comm, options.folder);
@@ -154,12 +166,7 @@ RunResult logged_run(const Case& c, MPI_Comm comm, const RunOptions& options, Ru
   if (auto derivatives = make_derivative_log(setup, model, integrator.get()))
     observers.push_back(std::move(derivatives));
   introduce(c, model, probes, integrator.get());
-  RunResult result;
-  result.command = options.command;
-  for (const auto& [name, unit] : numbers)
-    if (!unit.empty()) result.units[name] = unit;
-  result.texts = {{"method", chosen_method(c).name}, {"integrator", integrator ? integrator->name() : "steady"}};
-  if (integrator) result.texts["integrator_why"] = integrator->why;
+  RunResult result = result_of(c, options, numbers, integrator.get());
 
   const NumberedPoints points(comm, std::span(model.cloud->id).first(model.cloud->owned));
   Checkpoints checkpoints(c, points, options.folder, stored ? std::optional(stored->slot) : std::nullopt);
