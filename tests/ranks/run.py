@@ -27,7 +27,7 @@ LIMIT = 900  # s; nothing here takes more than a few on an idle machine, unless 
 # Those of many points, and of many steps: of these the ranks do nothing but wait for each other's messages.
 LONG = ["anisotropic/block/mlpg-jittered", "anisotropic/turned-square/*81", "body/blade/*", "body/flange/*", "body/radiating-sphere*", "body/sphere/*", "body/t-joint/*", "body/tube-in-tube/*", "body/two-layer-sphere/*",
         "dan/W?D*/mlpg*", "dan/W3D/peridynamics", "dan/circles*", "dan/convection/virtual-faces", "dan/cube-*",
-        "dan/rosenthal-*", "dan/steel*", "rong-kisu/convection-3d/paper*", "rong-kisu/fig3/paper*", "rong-kisu/fig3/to-the-end",
+        "dan/rosenthal-*", "dan/steel*", "field/latent-heat-as-a-box/euler", "rong-kisu/convection-3d/paper*", "rong-kisu/fig3/paper*", "rong-kisu/fig3/to-the-end",
         "rong-kisu/fig5-transient*", "rong-kisu/fig6*", "rong-kisu/fig7-fig8/paper", "rong-kisu/fig9/cylinder*",
         "rong-kisu/fig9/paper-40*", "rong-kisu/thermal-shock*",
         "start/jittered/mlpg-81", "start/weld*", "wang/fig*/*"]
