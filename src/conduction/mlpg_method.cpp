@@ -185,20 +185,22 @@ bool has_sources_inside(const Case& c) {
   return !std::ranges::all_of(sources, [](const auto& child) { return child.second.has("surface"); });
 }
 
-/// In space on a lattice, does heat come through the surface, where the averaged flux is the better one? Inside, with
-/// sources and in time, the differences across the faces alone have the smaller error.
-bool comes_through_surface(const Case& c) {
-  if (has_sources_inside(c)) return false;
+/// Is heat given, and not drawn from surroundings?
+bool is_heated(const Case& c) {
   const auto boundaries = c.section("boundary").children();
-  return !c.root().has("time") || !c.section("source").children().empty() ||
+  return !c.section("source").children().empty() ||
          std::ranges::any_of(boundaries, [](const auto& child) { return child.second.has("flux"); });
 }
+
+/// In space on a lattice, does heat come through the surface, where the averaged flux is the better one? Inside, with
+/// sources and in time, the differences across the faces alone have the smaller error.
+bool comes_through_surface(const Case& c) { return !has_sources_inside(c) && (!c.root().has("time") || is_heated(c)); }
 
 /// Largest factor by which the conductivity of a place changes within a tenth of the temperatures that the case brings
 /// in; where the body is heated, which may lead far beyond them, within 20 K at least. Collective.
 double steepest_conductivity(const Case& c, const Cloud& cloud, const MaterialField& material) {
   if (!material.conductivity_depends_on_T()) return 1;
-  const bool heated = has_sources_inside(c) || comes_through_surface(c);
+  const bool heated = is_heated(c);
   const auto& [low, high, reference] = material.expected_range();
   const double window = std::max((high - low) / 10, heated ? 20.0 : 0.0), end = high + (heated ? 1500 : 0);
   constexpr int per_window = 4, most_places = 64;
@@ -283,7 +285,7 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   // T^h of parameters has no kinks: the edge of a source comes out blurred over a spacing or so, and temperatures about
   // which the conductivity changes much are passed too far away.
   constexpr double steep = 1.5;
-  const double steepest = steepest_conductivity(c, cloud, material);
+  const double steepest = o.flux == MlpgFlux::parameters ? steepest_conductivity(c, cloud, material) : 1;
   const bool has_kinks = (cloud.lattice && !c.root().has("time") && has_sources_inside(c)) || steepest > steep;
   if (table.keys().empty() && has_kinks) o.flux = MlpgFlux::edge_stabilised;
   // A point that holds its heat by itself melts by itself; the temperatures inside a cell hang together.

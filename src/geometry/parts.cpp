@@ -248,8 +248,7 @@ void declare_parts(Schema& schema) {
                        {"thickness", Kind::quantity, "m", required, "Thickness of the layer."},
                        {"contact", Kind::function, "W/(m^2 K)", optional,
                         "Conductance of the contact with the layer before it, of place, time and the mean temperature "
-                        "of its faces; absent: they "
-                        "touch."}}});
+                        "of its faces; absent: they touch."}}});
   auto keys = where_keys("Formula in x, y, z, r that is true in the region.");
   keys.insert(keys.begin(), {"material", Kind::text, "", required, "Material of the region."});
   keys.push_back({"tag", Kind::text, "", optional,

@@ -240,6 +240,12 @@ MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x,
 
 const Parts& MaterialField::parts() const { return *impl_->parts; }
 const std::vector<PlacesOfPart>& MaterialField::cell_shares() const { return impl_->cell_shares; }
+std::vector<char> MaterialField::lie_in(int part) const {
+  const Region& region = impl_->regions[part];
+  std::vector<char> lie(impl_->x.size(), impl_->regions.size() == 1);
+  for (std::size_t n = 0; n < region.point.size(); ++n) lie[region.point[n]] = region.at_point[n] > 0;
+  return lie;
+}
 Mean MaterialField::mean() const { return impl_->mean; }
 const Anisotropy* MaterialField::anisotropy(int part) const { return impl_->regions[part].material->anisotropy(); }
 bool MaterialField::is_isotropic() const {

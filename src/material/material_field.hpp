@@ -36,6 +36,8 @@ class MaterialField {
   const Parts& parts() const;
   /// Of the body itself: see Parts::cell_shares.
   const std::vector<PlacesOfPart>& cell_shares() const;
+  /// Of every place: does it lie in the part, or on its surface?
+  std::vector<char> lie_in(int part) const;
   /// How pairs inside a part share k: as the case asks for, otherwise integral for one material with k(T), harmonic
   /// where k is given in layers, arithmetic for the rest.
   Mean mean() const;

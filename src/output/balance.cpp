@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <limits>
 
 #include "base/parallel.hpp"
@@ -30,8 +31,6 @@ void Balance::add_materials() {
   const Cloud& cloud = system_.cloud();
   const Parts& parts = system_.material().parts();
   const std::vector<PlacesOfPart>& in_cells = system_.material().cell_shares();
-  std::vector<PlacesOfPart> at_points;
-  collective_try(cloud.comm, [&] { at_points = parts.shares(cloud.x, cloud.tag, cloud.spacing); });
   for (int part = 0; part < parts.count(); ++part) {
     Zone zone{.name = parts[part].material};
     if (std::ranges::count(zones_, zone.name, &Zone::name)) continue;
@@ -39,7 +38,8 @@ void Balance::add_materials() {
     std::vector<double> share(cloud.owned), volume(cloud.local());
     for (int p = part; p < parts.count(); ++p) {  // layers of one material are one
       if (parts[p].material != zone.name) continue;
-      for (const int point : at_points[p].place) lies_in[point] = 1;
+      const std::vector<char> in_part = system_.material().lie_in(p);
+      std::ranges::transform(lies_in, in_part, lies_in.begin(), std::bit_or{});
       for (std::size_t n = 0; n < in_cells[p].place.size(); ++n)
         if (const int point = in_cells[p].place[n]; point < cloud.owned) share[point] += in_cells[p].share[n];
     }
