@@ -28,19 +28,34 @@ std::vector<double> contact_planes(const Cloud& cloud, const Parts& parts, int a
 
 void end_cells_at_planes(const Parts& parts, const std::string& along, Cloud& cloud) {
   const int axis = along == "x" ? 0 : along == "y" ? 1 : 2;
-  auto lattice = std::make_shared<Lattice>(*cloud.lattice);
+  const bool is_radius = cloud.axisymmetric && axis == 0;  // the thickness of the cells is 2 pi of their middles
+  const std::shared_ptr<const Lattice> before = cloud.lattice;
+  auto lattice = std::make_shared<Lattice>(*before);
   lattice->end_cells_at(axis, contact_planes(cloud, parts, axis));
-  const auto change = [&](int i) {
-    const std::int64_t at = lattice->index(cloud.id[i])[axis];
-    return lattice->width(axis, at) / cloud.lattice->width(axis, at);
+  const auto middle = [](const Lattice& of, int a, std::int64_t at) {
+    const auto [low, high] = of.cell(a, at);
+    return 0.5 * (low + high);
+  };
+  const auto wider = [&](int i) {
+    const std::int64_t at = before->index(cloud.id[i])[axis];
+    return lattice->width(axis, at) / before->width(axis, at);
+  };
+  const auto larger = [&](int i) {  // with the thickness
+    const std::int64_t at = before->index(cloud.id[i])[axis];
+    return wider(i) * (is_radius ? middle(*lattice, axis, at) / middle(*before, axis, at) : 1);
   };
   for (int i = 0; i < cloud.local(); ++i) {
-    cloud.volume[i] *= change(i), cloud.full_volume[i] *= change(i);
+    cloud.volume[i] *= larger(i), cloud.full_volume[i] *= larger(i);
     for (int a = 0; a < 3; ++a)
-      if (a != axis) cloud.area[i][a] *= change(i);
+      if (a != axis) cloud.area[i][a] *= larger(i);
+    if (!cloud.axisymmetric) continue;
+    cloud.hoop[i] *= wider(i);
+    const LatticeIndex at = before->index(cloud.id[i]);
+    for (int a = 0; a < cloud.dimension; ++a)
+      cloud.moment[i][a] = cloud.hoop[i] * (middle(*lattice, a, at[a]) - cloud.x[i][a]);
   }
   for (Facet& facet : cloud.facets)
-    if (facet.face / 2 != axis) facet.area *= change(facet.point);
+    if (facet.face / 2 != axis) facet.area *= larger(facet.point);
   cloud.lattice = std::move(lattice);
   cloud.box_lattice = false;  // its cells are not alike any more
 }
@@ -79,7 +94,7 @@ void end_cells_at_contacts(const Case& c, Cloud& cloud) {
       });
   if (!has_contact) return;
   const auto parts = std::make_shared<const Parts>(c, cloud, "");
-  if (cloud.lattice && !cloud.axisymmetric && body.has("along") && body.list("region").empty()) {
+  if (cloud.lattice && body.has("along") && body.list("region").empty()) {
     end_cells_at_planes(*parts, body.text("along"), cloud);
     return;
   }
@@ -90,8 +105,9 @@ void end_cells_at_contacts(const Case& c, Cloud& cloud) {
   if (!contacts_cut_cells(*parts, separated, cloud)) return;
   if (are_served) return end_cells_between_points(parts, std::move(separated), cloud);
   cloud.notes.push_back(
-      "a contact runs through the cells of points, which is of first order in axisymmetric bodies, with cracks, and "
-      "with regions on points of unequal spacings: put it midway between points where you can");
+      "a contact runs through the cells of points, which is of first order with cracks, in axisymmetric bodies but "
+      "between layers of a box, and with regions on points of unequal spacings: put it midway between points where you "
+      "can");
 }
 
 }  // namespace calor

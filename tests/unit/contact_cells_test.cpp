@@ -72,6 +72,46 @@ TEST(ContactCells, MakeContactsOfSecondOrderWhereverTheyLieInTheCells) {
   }
 }
 
+/// Rings in each other (along x = r) or on each other (along y) of 1 W/(m K), with a contact between: T = r^2 - 2 y^2,
+/// which jumps by the flux over 4 W/(m^2 K).
+double error_of_rings(const std::string& method, const std::string& along, int points, double plane,
+                      MPI_Comm comm = MPI_COMM_SELF) {
+  const double flux = along == "x" ? 2 * plane : -4 * plane, jump = flux / 4;
+  const std::string formula = fmt::format("300 + x^2 - 2*y^2 + ({} < {} + 1e-9 ? 0 : {})", along, plane, jump);
+  const double start = along == "x" ? 0.5 : 0.3;
+  const std::string text =
+      box_case({"1 m", "1 m"}, {points, points}, method) + "axisymmetric = true\norigin = [\"0.5 m\", \"0.3 m\"]\n" +
+      simple_material({.name = "a", .k = "1"}) + simple_material({.name = "b", .k = "1"}) +
+      fmt::format(
+          "[body]\nalong = \"{}\"\n[[body.layer]]\nmaterial = \"a\"\nthickness = \"{} m\"\n"
+          "[[body.layer]]\nmaterial = \"b\"\nthickness = \"{} m\"\ncontact = \"4 W/(m^2 K)\"\n"
+          "[boundary.edge]\non = [\"xmin\", \"xmax\", \"ymin\", \"ymax\"]\ntemperature = {{ formula = \"{}\", "
+          "unit = \"K\" }}\n[steady]\n",
+          along, plane - start, 1 - (plane - start), formula);
+  return rms_error(
+      text,
+      [=](const Vec3& x) {
+        const double s = along == "x" ? x.x : x.y;
+        return 300 + x.x * x.x - 2 * x.y * x.y + (s < plane + 1e-9 ? 0 : jump);
+      },
+      comm);
+}
+
+TEST(ContactCells, MakeContactsInAxisymmetricBodiesOfSecondOrder) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    for (const char* along : {"x", "y"}) {
+      for (const double off : {0.0, 0.02, 0.3, 0.45}) {
+        const double start = along[0] == 'x' ? 0.5 : 0.3;
+        double error[3];
+        for (int n = 0; n < 3; ++n)
+          error[n] = error_of_rings(method, along, (10 << n) + 1, start + 0.5 + off / (10 << n));
+        EXPECT_LE(error[2], 4e-4) << method << " " << along << " " << off;
+        EXPECT_GE(std::log2(error[0] / error[2]) / 2, 1.6) << method << " " << along << " " << off;
+      }
+    }
+  }
+}
+
 TEST(ContactCells, MakeContactsOfSecondOrderOnJitteredClouds) {
   for (const char* method : {"sph", "peridynamics", "mlpg"}) {
     double coarse = 0, fine = 0;
@@ -199,6 +239,7 @@ TEST(ContactCellsParallel, AreTheSameOnAnyNumberOfRanks) {
   for (const char* at : {"cells", "walls"})
     EXPECT_NEAR(error_of_jump("peridynamics", at, 12, 0.53, MPI_COMM_WORLD),
                 error_of_jump("peridynamics", at, 12, 0.53), 1e-8);
+  EXPECT_NEAR(error_of_rings("mlpg", "x", 12, 1.03, MPI_COMM_WORLD), error_of_rings("mlpg", "x", 12, 1.03), 1e-8);
 }
 
 }  // namespace
