@@ -52,6 +52,8 @@ def runs() -> list[Run]:
                   for name, method in (("SPH", "sph"), ("peridynamics", "peridynamics"), ("MLPG", "mlpg"))]
         found.append(calor("cooling-square", "SPH, 3 mK", [f"cloud.points=[{points},{points}]", "time.tolerance=3 mK"], is_quick))
         found.append(Run("cooling-square", "dolfinx", [str(points - 1), "400"], is_quick))
+    # What errs no more than dolfinx with the most nodes.
+    found.append(calor("cooling-square", "MLPG, 1 mK", ["cloud.points=[61,61]", "method=mlpg", "time.tolerance=1 mK"]))
     found.append(Run("cooling-square", "CalculiX", ["40", "400"], False))
     found += [calor("weld", name, [f"method={method}"]) for name, method in (("SPH", "sph"), ("MLPG", "mlpg"))]
     found += [calor("weld", "peridynamics", ["method=peridynamics"], False), calor("weld", "SPH, 1 K", ["time.tolerance=1 K"]),

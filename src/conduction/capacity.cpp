@@ -1,5 +1,8 @@
 #include "conduction/capacity.hpp"
 
+#include <algorithm>
+#include <utility>
+
 namespace calor {
 
 void LumpedCapacity::evaluate(Evaluation& at, std::span<double> E, std::span<double> C) {
@@ -29,14 +32,22 @@ void CellCapacity::evaluate(Evaluation& at, std::span<double> E, std::span<doubl
 void CellCapacity::add_jacobian(Evaluation& at, JacobianEntries& J) {
   Coefficients& inside = at.at(location_);
   inside.material().enthalpy(inside.T(), {}, H_);
-  std::vector<double> row;
-  for (std::size_t i = 0; i + 1 < cells_.cell.size(); ++i) {
+  const SparseRows& phi = cells_.phi;
+  const std::int32_t last = phi.column.empty() ? -1 : std::ranges::max(phi.column);
+  std::vector<std::int32_t> seen_by(last + 1, -1), columns;
+  std::vector<double> row(last + 1), values;
+  for (std::int32_t i = 0; i + 1 < static_cast<std::int32_t>(cells_.cell.size()); ++i) {
+    columns.clear(), values.clear();
     for (std::int64_t q = cells_.cell[i]; q < cells_.cell[i + 1]; ++q) {
-      const auto phi = cells_.phi.values(q);
-      row.assign(phi.begin(), phi.end());
-      for (double& value : row) value *= cells_.volume[q] * H_[q];
-      J.add(static_cast<int>(i), cells_.phi.columns(q), row);
+      const double C = cells_.volume[q] * H_[q];
+      for (std::int64_t n = phi.row[q]; n < phi.row[q + 1]; ++n) {
+        const std::int32_t j = phi.column[n];
+        if (std::exchange(seen_by[j], i) != i) columns.push_back(j);
+        row[j] += C * phi.value[n];
+      }
     }
+    for (const std::int32_t j : columns) values.push_back(std::exchange(row[j], 0.0));
+    J.add(i, columns, values);
   }
 }
 

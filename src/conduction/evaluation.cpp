@@ -81,6 +81,11 @@ std::span<const double> Evaluation::T() {
   return T_;
 }
 
+double Evaluation::T(int i) const {
+  if (has_T_) return T_[i];
+  return dofs_.are_temperatures() ? u_[i] : dofs_.phi().times(i, u_);
+}
+
 Coefficients& Evaluation::at(Location location) {
   Coefficients& here = locations_[location];
   if (!std::exchange(has_begun_[location], 1)) {

@@ -72,6 +72,7 @@ class Evaluation {
   double t() const { return t_; }
   std::span<const double> u() const { return u_; }  ///< degrees of freedom of the local points
   std::span<const double> T();                      ///< temperatures of the owned points, K
+  double T(int i) const;                            ///< of one alone
   Coefficients& at(Location location);
 
  private:

@@ -8,8 +8,7 @@ void SurfaceFluxTerm::evaluate(Evaluation& at, bool derivative) {
   const std::size_t n = term_.point.size();
   T_.resize(n), q_.resize(n), dq_dT_.resize(derivative ? n : 0);
   if (n == 0) return;
-  const std::span<const double> T = at.T();
-  for (std::size_t p = 0; p < n; ++p) T_[p] = T[term_.point[p]];
+  for (std::size_t p = 0; p < n; ++p) T_[p] = at.T(term_.point[p]);
   term_.flux->evaluate({.x = term_.x, .t = at.t(), .T = T_}, q_, dq_dT_);
 }
 

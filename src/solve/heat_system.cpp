@@ -245,15 +245,15 @@ double HeatSystem::largest_free(std::span<const double> values) const {
 }
 
 void HeatSystem::residual(double t, std::span<double> u, double rate_factor, std::span<const double> known,
-                          std::span<double> R) {
-  std::vector<double> F(cloud_.owned), power(accounts_.size());
-  rate(t, u, F, power);
+                          std::span<double> R, Rate& rate) {
+  rate.F.resize(cloud_.owned), rate.power.resize(accounts_.size());
+  this->rate(t, u, rate.F, rate.power);
   collective_try(cloud_.comm, [&] {
     if (known.empty())
       std::ranges::fill(R, 0);
     else
       discretisation_.capacity->evaluate(*at_, R, {});
-    for (int i = 0; i < cloud_.owned; ++i) R[i] -= rate_factor * F[i] + (known.empty() ? 0 : known[i]);
+    for (int i = 0; i < cloud_.owned; ++i) R[i] -= rate_factor * rate.F[i] + (known.empty() ? 0 : known[i]);
     for (const auto& constraint : discretisation_.constraints) {
       constraint->residual(*at_, R);
       for (const int i : constraint->points()) R[i] = -R[i];

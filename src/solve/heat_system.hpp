@@ -102,9 +102,19 @@ class HeatSystem {
   /// is not finite. Collective.
   double largest_free(std::span<const double> values) const;
 
+  /// Heat rates of owned points, W, and of the accounts, as `rate` gives them.
+  struct Rate {
+    std::vector<double> F, power;
+  };
   /// The residual of a stage, E(u) - rate_factor F(t, u) - known, J, or with empty `known` that of a steady state,
   /// -rate_factor F; constrained points have minus the residual of their constraint. Collective.
-  void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R);
+  void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R) {
+    Rate rate;
+    residual(t, u, rate_factor, known, R, rate);
+  }
+  /// The same, and the rate at u besides.
+  void residual(double t, std::span<double> u, double rate_factor, std::span<const double> known, std::span<double> R,
+                Rate& rate);
   /// Puts other materials, at the same places, into the same discretisation, and gives back those that were there. They
   /// may differ in the values of their conductivities alone.
   void exchange_materials(std::vector<MaterialField>& materials);

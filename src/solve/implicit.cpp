@@ -14,8 +14,12 @@ namespace calor {
 StageSolver::StageSolver(HeatSystem& system)
     : system_(system),
       newton_(system,
-              {.residual = [this](std::span<double> T,
-                                  std::span<double> R) { system_.residual(t_, T, gamma_dt_, known_, R); },
+              {.residual =
+                   [this](std::span<double> T, std::span<double> R) {
+                     T_of_rate_.clear();
+                     system_.residual(t_, T, gamma_dt_, known_, R, rate_);
+                     T_of_rate_.assign(T.begin(), T.end());
+                   },
                .jacobian =
                    [this](std::span<double> T, JacobianOperator& J) {
                      matrix_t_ = t_, matrix_gamma_dt_ = gamma_dt_;
@@ -76,6 +80,14 @@ bool StageSolver::solve(double t, double gamma_dt, std::span<const double> known
   return result.converged;
 }
 
+void StageSolver::rate(std::span<double> T, HeatSystem::Rate& rate) {
+  const std::size_t owned = system_.cloud().owned;
+  const bool is_elsewhere =
+      T_of_rate_.empty() ? !T.empty() : !std::ranges::equal(std::span(T_of_rate_).first(owned), T.first(owned));
+  rate = rate_;
+  if (any(system_.cloud().comm, is_elsewhere)) system_.rate(t_, T, rate.F, rate.power);
+}
+
 void StageSolver::exchange(Archive& archive) {
   archive.value("rate bound", rate_bound_);
   archive.value("matrix at time", matrix_t_);
@@ -109,13 +121,14 @@ void ImplicitStepper::evaluate(HeatSystem& system, double t, std::span<double> T
   ++counts.rate_evaluations;
 }
 
-bool ImplicitStepper::solve_stage(HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
+bool ImplicitStepper::solve_stage(double t, double gamma_dt, std::span<const double> E0,
                                   const std::vector<Weighted>& rates, double tolerance, Rate& rate) {
   std::ranges::copy(E0, known_.begin());
   for (const Weighted& r : rates)
     for (std::size_t i = 0; i < known_.size(); ++i) known_[i] += r.weight * r.rate.F[i];
   if (!solver_->solve(t, gamma_dt, known_, tolerance, options_.step.has_value(), T_, counts)) return false;
-  evaluate(system, t, T_, rate);
+  solver_->rate(T_, rate);
+  ++counts.rate_evaluations;
   return true;
 }
 

@@ -19,14 +19,17 @@ class StageSolver {
   /// be shortened it is `careful` then, before it gives up. Collective.
   bool solve(double t, double gamma_dt, std::span<const double> known, double tolerance, bool careful,
              std::span<double> T, StepCounts& counts);
-  /// The next solve takes a new matrix.
-  void renew() { newton_.renew_jacobian(); }
+  /// The rate at the temperatures that the last solve found. Collective.
+  void rate(std::span<double> T, HeatSystem::Rate& rate);
+  /// Data have jumped: the next solve takes a new matrix.
+  void renew() { newton_.forget_jacobian(); }
   /// What is kept from solve to solve, the matrix by where it was evaluated. Collective.
   void exchange(Archive& archive);
   /// Why the last solve failed, if the equations said so.
   std::exception_ptr reason() const { return reason_; }
   /// x = (dE/dT - gamma dt dF/dT)^-1 r with the matrix of the last solve: takes stiff components out of an error.
-  void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x); }
+  /// The error is wanted to so many digits that steps, which follow from it, are the same on any number of ranks.
+  void smooth(std::span<const double> r, std::span<double> x) { newton_.solve_linear(r, x, 1e-6); }
 
  private:
   /// Where the capacity depends on temperature, Newton's method goes in the enthalpies. In temperatures it would jump
@@ -39,6 +42,8 @@ class StageSolver {
   double matrix_t_ = 0, matrix_gamma_dt_ = 0;  ///< those of the last Jacobian
   std::span<const double> known_;
   std::vector<double> tolerance_;
+  HeatSystem::Rate rate_;          ///< where the residual was evaluated last,
+  std::vector<double> T_of_rate_;  ///< at these temperatures; empty where that failed
   std::exception_ptr reason_;
 };
 
@@ -48,10 +53,7 @@ class ImplicitStepper : public Stepper {
   using Stepper::Stepper;
 
  protected:
-  /// Heat rates of owned points, W, and of the accounts.
-  struct Rate {
-    std::vector<double> F, power;
-  };
+  using Rate = HeatSystem::Rate;
   /// Data change where an interval begins at a break: the matrix of before has served its time.
   void enter(HeatSystem& system, State& state, const SmoothInterval& interval, bool fresh) override;
   void exchange_own(Archive& archive, HeatSystem& system) override;
@@ -61,8 +63,8 @@ class ImplicitStepper : public Stepper {
     double weight;
     const Rate& rate;
   };
-  bool solve_stage(HeatSystem& system, double t, double gamma_dt, std::span<const double> E0,
-                   const std::vector<Weighted>& rates, double tolerance, Rate& rate);
+  bool solve_stage(double t, double gamma_dt, std::span<const double> E0, const std::vector<Weighted>& rates,
+                   double tolerance, Rate& rate);
   /// E += sum weight F, the same for the accounts, T from E, walls imposed: heat is conserved to round-off whatever the
   /// tolerance of the stages.
   void take(HeatSystem& system, State& state, const SmoothInterval& interval, double t_new,

@@ -53,7 +53,10 @@ JacobianOperator::JacobianOperator(HeatSystem& system, bool by_products)
 }
 
 void JacobianOperator::evaluate(double t, std::span<double> u, double capacity_factor, double rate_factor) {
-  if (!by_products_) return system_.jacobian(t, u, capacity_factor, rate_factor, matrix_);
+  if (!by_products_) {
+    if (capacity_factor == 1 && system_.jacobian_is_constant()) return add_up(t, u, rate_factor);
+    return system_.jacobian(t, u, capacity_factor, rate_factor, matrix_);
+  }
   row_sums_.assign(system_.cloud().owned, 0);
   rest_ = {}, row_.clear();
   Sums conduction(*this);
@@ -65,6 +68,24 @@ void JacobianOperator::evaluate(double t, std::span<double> u, double capacity_f
   at_.emplace(system_.evaluation());
   at_->begin(t, u_);
   petsc::assemble(products_);  // forgets how the last one was scaled
+}
+
+void JacobianOperator::add_up(double t, std::span<double> u, double rate_factor) {
+  if (!capacity_) {  // both with all entries, so that they add up entry by entry
+    const Cloud& cloud = system_.cloud();
+    std::vector<PetscInt> constrained;
+    for (int i = 0; i < cloud.owned; ++i)
+      if (!system_.is_free(i)) constrained.push_back(static_cast<PetscInt>(cloud.global[i]));
+    system_.jacobian(t, u, 1, 0, matrix_);
+    check(MatDuplicate(matrix_, MAT_COPY_VALUES, capacity_.out()));
+    system_.jacobian(t, u, 0, 1, matrix_);
+    check(MatSetOption(matrix_, MAT_KEEP_NONZERO_PATTERN, PETSC_TRUE));
+    check_collective(cloud.comm, CallSite::current());
+    check(MatZeroRows(matrix_, static_cast<PetscInt>(constrained.size()), constrained.data(), 0, nullptr, nullptr));
+    check(MatDuplicate(matrix_, MAT_COPY_VALUES, rate_.out()));
+  }
+  check(MatCopy(capacity_, matrix_, SAME_NONZERO_PATTERN));
+  check(MatAXPY(matrix_, rate_factor, rate_, SAME_NONZERO_PATTERN));
 }
 
 PetscErrorCode JacobianOperator::multiply(Mat matrix, Vec x, Vec y) {

@@ -20,8 +20,11 @@ class JacobianOperator {
   JacobianOperator(const JacobianOperator&) = delete;
   JacobianOperator& operator=(const JacobianOperator&) = delete;
 
-  /// dR/du as HeatSystem::jacobian gives it. Collective; throws Error.
+  /// dR/du as HeatSystem::jacobian gives it. Where it is constant, stages (capacity_factor = 1) are sums of the two
+  /// matrices that the first of them has left. Collective; throws Error.
   void evaluate(double t, std::span<double> u, double capacity_factor, double rate_factor);
+  /// What is constant between two events has changed: nothing is kept.
+  void forget() { capacity_ = {}, rate_ = {}; }
   /// Of what was evaluated last, before it was scaled: sum_j |J_ij| of the owned rows; by products, what several terms
   /// give to one entry may count one by one.
   std::vector<double> row_sums() const;
@@ -41,12 +44,15 @@ class JacobianOperator {
 
   static PetscErrorCode multiply(Mat self, Vec x, Vec y);
   void multiply(std::span<const double> x, std::span<double> y);
+  /// J of a stage by what is kept.
+  void add_up(double t, std::span<double> u, double rate_factor);
   template <class Change>
   void change(const Change& change);
 
   HeatSystem& system_;
   bool by_products_;
   petsc::Matrix matrix_;
+  petsc::Matrix capacity_, rate_;  ///< dE/du with the rows of constraints, and -dF/du without
   // Or:
   petsc::Matrix products_;
   NearestPairs near_;

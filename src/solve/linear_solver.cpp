@@ -20,7 +20,10 @@ Way way_of(const HeatSystem& system, bool steady) {
   // A factorisation fills in little for lines and planes, and is the most robust. In bodies it costs the square of the
   // rows, times what a point couples to: an iteration is ten times faster from 9000 rows on.
   const bool alone = size_of(cloud.comm) == 1;
-  const std::int64_t most_rows_for_direct = cloud.dimension == 3 || wide ? 2'000 : alone ? 100'000 : 20'000;
+  const std::int64_t most_rows_for_direct = wide && !steady        ? 500
+                                            : cloud.dimension == 3 ? 2'000
+                                            : alone                ? 100'000
+                                                                   : 20'000;
   if (cloud.count <= most_rows_for_direct) return Way::factors;
   return steady && !wide ? Way::multigrid : Way::factors_of_blocks;
 }

@@ -73,9 +73,14 @@ SNESLineSearch Newton::line_search() const {
 
 void Newton::choose_linear_tolerance(double left, double residual) {
   constexpr double least = 1e-9, most = 1e-2;
+  if (!is_steady_) return set_linear_tolerance(std::clamp(0.01 / residual, least, most));
   const double first = system_.jacobian_is_constant() ? least : most;
-  const double tolerance = left == 0 ? first : std::clamp(std::max(left * left, 0.1 / residual), least, most);
-  check(KSPSetTolerances(linear_solver(), tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
+  set_linear_tolerance(left == 0 ? first : std::clamp(std::max(left * left, 0.1 / residual), least, most));
+}
+
+void Newton::set_linear_tolerance(double tolerance) {
+  if (!knows_linear_tolerance_)
+    check(KSPSetTolerances(linear_solver(), tolerance, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT));
 }
 
 void Newton::go_carefully(bool yes) {
@@ -134,11 +139,12 @@ void Newton::exchange(Archive& archive) {
   check(KSPSetOperators(linear_solver(), J_.products(), J_.matrix()));
 }
 
-void Newton::solve_linear(std::span<const double> b, std::span<double> x) {
+void Newton::solve_linear(std::span<const double> b, std::span<double> x, double tolerance) {
   if (!has_jacobian_) {  // every first guess so far was a solution, as in a body at rest
     evaluate_jacobian();
     check(KSPSetOperators(linear_solver(), J_.products(), J_.matrix()));
   }
+  set_linear_tolerance(tolerance);
   petsc::copy(b, b_);
   check(VecScale(b_, 1 / unit_));
   petsc::solve(linear_solver(), b_, b_);
@@ -245,7 +251,7 @@ PetscErrorCode Newton::converged(SNES snes, PetscInt iteration, PetscReal, Petsc
     else if (left > slow)
       newton.jacobian_is_old_ = true;  // a kept Jacobian has served its time
     newton.last_residual_ = residual, newton.last_norm_ = R_norm;
-    if (newton.is_steady_ && !newton.knows_linear_tolerance_) newton.choose_linear_tolerance(left, residual);
+    newton.choose_linear_tolerance(left, residual);
   });
 }
 

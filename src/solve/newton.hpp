@@ -50,6 +50,8 @@ class Newton {
 
   /// The Jacobian stays as it is until this is called.
   void renew_jacobian() { jacobian_is_old_ = true; }
+  /// Data have jumped: nothing of it is kept.
+  void forget_jacobian() { J_.forget(), renew_jacobian(); }
   /// From now on every step is shortened until the residual falls, whatever the equations say of it; or no longer.
   /// Slow, but it comes to an end where Newton's steps jump to and fro, as over the switching of a thermostat.
   void go_carefully(bool yes);
@@ -61,8 +63,8 @@ class Newton {
   /// What is kept from solve to solve. For reading, the Jacobian is evaluated anew where it was. Collective.
   void exchange(Archive& archive);
 
-  /// x = J^-1 b with the last Jacobian, owned points. Collective.
-  void solve_linear(std::span<const double> b, std::span<double> x);
+  /// x = J^-1 b with the last Jacobian, owned points; iterations end at that part of |b|. Collective.
+  void solve_linear(std::span<const double> b, std::span<double> x, double tolerance);
 
  private:
   static PetscErrorCode residual(SNES snes, Vec T, Vec R, void* self);
@@ -72,10 +74,13 @@ class Newton {
                                   PetscReal R_norm, SNESConvergedReason* reason, void* self);
   /// J_ at T_.
   void evaluate_jacobian();
-  /// How well the next linear equations of a steady state are solved: as the last step has shown that they are those of
-  /// the equations (Eisenstat and Walker, SIAM J. Sci. Comput. 17 (1996) 16), and no better than what is left asks for.
-  /// `left`: |R| over what it was before that step, 0 in the first; `residual`: largest |R_i| / tolerance_i.
+  /// How well the next linear equations are solved: those of a stage to a hundredth of what is asked for; those of a
+  /// steady state as the last step has shown that they are those of the equations (Eisenstat and Walker, SIAM J. Sci.
+  /// Comput. 17 (1996) 16), and no better than what is left asks for. `left`: |R| over what it was before that step, 0
+  /// in the first; `residual`: largest |R_i| / tolerance_i.
   void choose_linear_tolerance(double left, double residual);
+  /// Unless the user has chosen.
+  void set_linear_tolerance(double tolerance);
   KSP linear_solver() const;
   SNESLineSearch line_search() const;
   /// Largest |R_i| / unit_i. Collective.

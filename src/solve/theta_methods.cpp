@@ -15,7 +15,7 @@ class ThetaMethod : public ImplicitStepper {
  protected:
   void backward_step(HeatSystem& system, State& state, const SmoothInterval& interval, double dt, double t_new) {
     T_ = state.T;
-    if (!solve_stage(system, interval.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate_))
+    if (!solve_stage(interval.data_time(t_new), dt, state.E, {}, tight_tolerance(system, state), rate_))
       fail(state.t, dt);
     take(system, state, interval, t_new, {{dt, rate_}});
   }
@@ -67,7 +67,7 @@ class CrankNicolson final : public ThetaMethod {
     }
     T_ = state.T;
     evaluate(system, interval.data_time(state.t), state.T, start_rate_);
-    if (!solve_stage(system, interval.data_time(t_new), dt / 2, state.E, {{dt / 2, start_rate_}},
+    if (!solve_stage(interval.data_time(t_new), dt / 2, state.E, {{dt / 2, start_rate_}},
                      tight_tolerance(system, state), rate_))
       fail(state.t, dt);
     take(system, state, interval, t_new, {{dt / 2, start_rate_}, {dt / 2, rate_}});

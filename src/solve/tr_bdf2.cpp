@@ -88,12 +88,13 @@ class TrBdf2 final : public ImplicitStepper {
               double tolerance) {
     T_ = state.T;
     counts.most_stages = 2;
-    if (!solve_stage(system, interval.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}}, tolerance,
-                     rate1_))
+    if (!solve_stage(interval.data_time(state.t + gamma_ * dt), d * dt, state.E, {{d * dt, rate0_}}, tolerance, rate1_))
       return false;
     if (follower_) T_middle_ = T_;
-    return solve_stage(system, interval.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}},
-                       tolerance, rate2_);
+    if (system.jacobian_is_constant())  // elsewhere a guess must not leave the range of the material
+      for (std::size_t i = 0; i < T_.size(); ++i) T_[i] += (1 - gamma_) / gamma_ * (T_[i] - state.T[i]);
+    return solve_stage(interval.data_time(t_new), d * dt, state.E, {{w * dt, rate0_}, {w * dt, rate1_}}, tolerance,
+                       rate2_);
   }
 
   /// Takes the step whose stages have been found.

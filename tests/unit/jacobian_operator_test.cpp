@@ -99,5 +99,36 @@ TEST(JacobianOperatorParallel, MultipliesAcrossInterfacesAndByWalls) {
   expect_products_of_the_matrix(cube("at = \"cells\"\n", "1 + T"));
 }
 
+/// A body without functions of temperature, with prescribed walls that MLPG's parameters meet by rows of their own.
+std::string linear(const std::string& method) {
+  return replaced(box_case({"1 m", "1 m"}, {9, 9}), "sph", method) + simple_material({.k = "2", .rho = "3", .c = "5"}) +
+         "[boundary.held]\non = \"xmin\"\ntemperature = \"2 K\"\n"
+         "[boundary.air]\non = \"xmax\"\nconvection = { h = \"3 W/(m^2 K)\", ambient = \"1 K\" }\n"
+         "[initial]\ntemperature = \"1 K\"\n[time]\nend = \"1 s\"\n";
+}
+
+TEST(JacobianOperatorParallel, AddsUpThoseOfStagesWhereItIsConstant) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"}) {
+    const CaseModel model(linear(method), MPI_COMM_WORLD);
+    HeatSystem& system = model.system();
+    model.start();  // sets the scale of the rows of walls
+    ASSERT_TRUE(system.jacobian_is_constant());
+    JacobianOperator J(system, false);
+    const petsc::Matrix whole = system.create_jacobian();
+    std::vector<double> T = scattered_temperatures(model.cloud(), 2, 0.5, 1);
+    std::vector<double> v = scattered_temperatures(model.cloud(), 0, 1, 7);
+    v.resize(model.cloud().owned);
+    for (const double dt : {1e-3, 1e3, 0.1}) {
+      J.evaluate(0, T, 1, dt);
+      J.scale(2);
+      system.jacobian(0, T, 1, dt, whole);
+      std::vector<double> twice = product(whole, v);
+      for (double& value : twice) value *= 2;
+      expect_equal(model, product(J.products(), v), twice, method);
+      if (dt == 1e3) J.forget();
+    }
+  }
+}
+
 }  // namespace
 }  // namespace calor
