@@ -117,7 +117,7 @@ def together(limits: Sequence[Limit], are_extrapolated: bool = True) -> Verdict:
     """The limits of several methods as one. Where independent ones agree, their scatter says how good they
     are; where they do not, nothing is certified. The scatter is that about a weighted mean (Birge, Phys. Rev. 40 (1932)
     207), in which a limit with a wide bar weighs little. Values that are not extrapolated lie off to one side: of these
-    the one that is furthest off counts."""
+    the one that is furthest off counts, and all that the surest of them allows."""
     good = independent([one for one in limits if one.is_asymptotic])
     if not good:
         return Verdict(limits[0].value, math.nan, False, "not in the asymptotic range: " + limits[0].reason)
@@ -127,14 +127,15 @@ def together(limits: Sequence[Limit], are_extrapolated: bool = True) -> Verdict:
         for b in good:
             if abs(a.value - b.value) > 1.5 * (a.bar + b.bar):
                 return Verdict(value, math.nan, False, f"the methods' limits differ by {abs(a.value - b.value):.2g}, more than their bars")
-    smallest = min(one.bar for one in good)
+    surest = min(good, key=lambda one: one.bar)
     off = np.array([one.value - value for one in good])
-    if len(good) > 1:
-        spread = math.sqrt(float(np.sum(weight * off**2) / np.sum(weight)) / (len(good) - 1)) if are_extrapolated else float(np.max(np.abs(off)))
-        bar = max(smallest, spread)
+    if len(good) > 1 and are_extrapolated:
+        bar = max(surest.bar, math.sqrt(float(np.sum(weight * off**2) / np.sum(weight)) / (len(good) - 1)))
+    elif len(good) > 1:
+        bar = max(surest.bar + abs(surest.value - value), float(np.max(np.abs(off))))
     else:  # one of random points may look asymptotic by chance: the others' values are at hand
         others = [abs(one.value - value) for one in limits if not one.is_asymptotic]
-        bar = max(1.5 * smallest, min(others, default=0) / 2)
+        bar = max(1.5 * surest.bar, min(others, default=0) / 2)
     return Verdict(value, bar, True)
 
 

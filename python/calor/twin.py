@@ -21,12 +21,12 @@ from .interfaces import evaluated, interfaces, of_cracks
 from .result import Array, Fields, Result
 
 FACTORS = (1, 1.5, 2)
-WHOLE_FACTORS = (1, 2, 3)  # where places of points are listed
+WIDE_FACTORS = (1, 2, 3)   # where places of points are listed; and in the plane where they are irregular, whose errors scatter from one spacing to the next
 WAVES = (1.7, 1.3, 2.1)    # of the solution over the extents of the body
 PHASES = (0.3, 0.5, 0.4)
 SWING = 0.45               # of the solution, of the temperatures that the case goes through
 IN_TIME = 3e-6             # of that span: what a step may add to the error
-ROUND_OFF = 1e-10          # of that span
+EXACT = 1e-6               # of that span: what the differences leave that the twin's sources are made of
 
 
 @dataclass
@@ -51,9 +51,9 @@ class Layer:
 
 
 def layers_of(case: Mapping[str, Any]) -> list[Layer]:
-    """Of a body of several layers and nothing else, whose conductivities and contacts are plain numbers; of others nothing."""
+    """Of a body of several isotropic layers and nothing else, whose conductivities and contacts are plain numbers; of others nothing."""
     body = case.get("body", {})
-    if len(body.get("layer", [])) < 2 or "region" in body or "contact" in body:
+    if len(body.get("layer", [])) < 2 or "region" in body or "contact" in body or is_anisotropic(case):
         return []
     try:
         return [Layer(quantities.in_unit(layer["thickness"], "m"), quantities.in_unit(case["material"][layer["material"]]["conductivity"], "W/(m K)"),
@@ -84,6 +84,15 @@ def parts_of(case: Mapping[str, Any]) -> int:
     return len(body.get("layer", [])) + len(body.get("region", [])) + (0 if body.get("layer") else rest)
 
 
+def has_contacts(case: Mapping[str, Any]) -> bool:
+    body = case.get("body", {})
+    return bool(body.get("contact")) or any("contact" in part for part in [*body.get("layer", []), *body.get("region", [])])
+
+
+def is_anisotropic(case: Mapping[str, Any]) -> bool:
+    return any("anisotropy" in material for material in case.get("material", {}).values())
+
+
 def scale(result: Result) -> tuple[float, float]:
     """The middle of the temperatures of a result and their span, K."""
     low, high = (result.report["temperatures"][name]["T"] for name in ("lowest", "highest"))
@@ -103,7 +112,8 @@ def level_at_cracks(case: Mapping[str, Any], fields: Fields) -> list[str]:
 
 
 def in_time(end: float) -> list[str]:
-    return [f"(1 + 0.4*sin({3 / end:.9g}*t))/1.4"] if end else []
+    """Linear: steps of any length are exact where heat capacities are constant, and the error is that in space."""
+    return [f"(1 + {0.4 / end:.9g}*t)/1.4"] if end else []
 
 
 def solution(case: Mapping[str, Any], result: Result, end: float) -> Solution:
@@ -135,10 +145,8 @@ def conductivities(fields: Fields, is_on_interface: Array) -> dict[int, float]:
 
 def solution_of_parts(base: Case, case: Mapping[str, Any], result: Result, end: float) -> Solution:
     """Of several parts of any shape. T = T_0 + Psi/k with a smooth Psi that is 0 where parts meet, and k of the part at T_0:
-    there T is T_0, and the flux -grad Psi, on both sides. Runs a moment of the case at T_0. Raises CalorError."""
-    body = case["body"]
-    if body.get("contact") or any("contact" in part for part in [*body.get("layer", []), *body.get("region", [])]):
-        raise CaseError("the twin of a body of several parts has no contacts but between layers of constant conductivity: leave them out, or write [twin] and [[twin.part]] by hand")
+    there T is T_0, and the flux -grad Psi, on both sides. Where there are contacts, at which T would jump by the flux, and
+    anisotropic parts, whose flux is another, Psi is level there, too. Runs a moment of the case at T_0. Raises CalorError."""
     middle, span = scale(result)
     meeting = interfaces(case, result.fields())
     moment: dict[str, Any] = {"time.end": f"{1e-6 * end:.6g} s", "output.times": ["0 s"]} if end else {}
@@ -146,7 +154,8 @@ def solution_of_parts(base: Case, case: Mapping[str, Any], result: Result, end: 
     fields = base.changed({**moment, "expect": [], "output.fields": True, "twin": uniform.keys()}).run(result.folder.parent / "uniform", show_progress=False).fields()
     k = conductivities(fields, meeting.is_on)
     factors, psi = [], np.ones(len(fields.x))
-    for formula in [*meeting.sides.formulas(), *(wave_along(n, fields) for n in range(fields.dimension)), *level_at_cracks(case, fields)]:
+    faces = meeting.sides.formulas()
+    for formula in [*faces, *(faces if has_contacts(case) or is_anisotropic(case) else []), *(wave_along(n, fields) for n in range(fields.dimension)), *level_at_cracks(case, fields)]:
         value = evaluated(formula, fields.x)
         assert value is not None
         factors.append(f"({formula})/{np.abs(value).max():.9g}")
@@ -164,7 +173,7 @@ class Orders:
     method: str
     factors: list[float]
     errors: list[float]
-    order: float  # NaN where the errors are round-off
+    order: float  # NaN where the errors are those of the twin's own differences
 
 
 @dataclass
@@ -195,9 +204,11 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
     written = base.to_dict()
     is_steady = "time" not in written
     end = 0.0 if is_steady else quantities.in_unit(written["time"]["end"], "s")
-    levels: Sequence[float] = factors if factors is not None else (WHOLE_FACTORS if refine.can_be_divided_only(written["cloud"]) else FACTORS)
-    refine.check_factors(levels, 2)
+    if factors is not None:
+        refine.check_factors(factors, 2)
     ran = base.changed({"output.fields": True}).run(into / "case", show_progress=False)
+    is_wide = refine.can_be_divided_only(written["cloud"]) or (refine.is_random(written["cloud"]) and ran.fields().dimension < 3)
+    levels: Sequence[float] = factors if factors is not None else (WIDE_FACTORS if is_wide else FACTORS)
     has_waves = parts_of(written) == 1 or (layers_of(written) and "crack" not in written)
     known = solution(written, ran, end) if has_waves else solution_of_parts(base, written, ran, end)
     formula, span = known.whole, known.span
@@ -224,7 +235,7 @@ def twin(case: Case | str, folder: str | pathlib.Path | None = None, *, methods:
             return None
         say(f"{method}: " + ", ".join(f"{e:.2g} K" for _, e in rows))
         fine, errors = np.array(rows).T
-        is_exact = errors.max() < ROUND_OFF * span
+        is_exact = errors.max() < EXACT * span
         order = math.nan if is_exact else -float(np.polyfit(np.log(fine), np.log(errors), 1)[0])
         return Orders(method, fine.tolist(), errors.tolist(), order)
 

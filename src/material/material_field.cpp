@@ -76,7 +76,8 @@ struct MaterialField::Impl {
   std::vector<Region> regions;  // one a part; those without places here have none in their lists
   double reference;
   Mean mean = Mean::arithmetic;
-  bool k_depends_on_T = false, k_depends_on_time = false, capacity_depends_on_T = false, has_capacity = true;
+  bool k_depends_on_T = false, k_depends_on_time = false, k_is_layered = false, capacity_depends_on_T = false,
+       has_capacity = true;
   mutable double safe_low = 0, safe_high = 0;  // k(T) was looked at between these
   mutable std::vector<double> per_rho_c;       // 1 / (rho c) of the first points, where it does not depend on T
 
@@ -177,7 +178,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
   const Table body = c.section("body");
   const bool unnamed = !body.has("material") && body.list("layer").empty() && body.list("region").empty();
   p.parts = std::make_shared<const Parts>(c, cloud, unnamed ? materials.only_one() : "");
-  bool layered = false, of_T_alone = true;
+  bool of_T_alone = true;
   for (int n = 0; n < p.parts->count(); ++n) {
     const Part& part = (*p.parts)[n];
     Region& region = p.regions.emplace_back();
@@ -190,7 +191,7 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
     p.k_depends_on_time |= m.conductivity_depends_on_time();
     p.capacity_depends_on_T |= m.capacity_depends_on_T();
     p.has_capacity &= m.has_capacity();
-    layered |= m.conductivity_is_layered();
+    p.k_is_layered |= m.conductivity_is_layered();
     of_T_alone &= m.conductivity_of_T_alone();
   }
   std::vector<PlacesOfPart> at_point;
@@ -207,11 +208,11 @@ MaterialField::MaterialField(const Case& c, const Cloud& cloud, const Temperatur
                 p.regions.size() > 1 ? "the integral mean takes one material, this body has several"
                                      : "the integral mean takes a conductivity that depends on temperature alone",
                 "write \"arithmetic\", \"harmonic\" or \"automatic\"");
-  p.mean = mean == "integral"              ? Mean::integral
-           : mean == "arithmetic"          ? Mean::arithmetic
-           : mean == "harmonic" || layered ? Mean::harmonic
-           : one_of_T                      ? Mean::integral
-                                           : Mean::arithmetic;
+  p.mean = mean == "integral"                     ? Mean::integral
+           : mean == "arithmetic"                 ? Mean::arithmetic
+           : mean == "harmonic" || p.k_is_layered ? Mean::harmonic
+           : one_of_T                             ? Mean::integral
+                                                  : Mean::arithmetic;
 }
 
 MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x, std::span<const int> tag,
@@ -220,7 +221,8 @@ MaterialField::MaterialField(const MaterialField& body, std::span<const Vec3> x,
   const Impl& from = *body.impl_;
   Impl& p = *impl_;
   p.comm = from.comm, p.parts = from.parts, p.range = from.range, p.x = x, p.mean = from.mean;
-  p.k_depends_on_T = from.k_depends_on_T, p.k_depends_on_time = from.k_depends_on_time;
+  p.k_depends_on_T = from.k_depends_on_T, p.k_depends_on_time = from.k_depends_on_time,
+  p.k_is_layered = from.k_is_layered;
   p.capacity_depends_on_T = from.capacity_depends_on_T, p.has_capacity = from.has_capacity;
   for (const Region& r : from.regions) {
     Region& region = p.regions.emplace_back();
@@ -251,6 +253,7 @@ const Anisotropy* MaterialField::anisotropy(int part) const { return impl_->regi
 bool MaterialField::is_isotropic() const {
   return std::ranges::none_of(impl_->regions, [](const Region& r) { return r.material->anisotropy(); });
 }
+bool MaterialField::conductivity_is_layered() const { return impl_->k_is_layered; }
 bool MaterialField::conductivity_depends_on_T() const { return impl_->k_depends_on_T; }
 bool MaterialField::conductivity_depends_on_time() const { return impl_->k_depends_on_time; }
 bool MaterialField::capacity_depends_on_T() const { return impl_->has_capacity && impl_->capacity_depends_on_T; }

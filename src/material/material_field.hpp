@@ -41,6 +41,8 @@ class MaterialField {
   /// How pairs inside a part share k: as the case asks for, otherwise integral for one material with k(T), harmonic
   /// where k is given in layers, arithmetic for the rest.
   Mean mean() const;
+  /// Does the conductivity of a part jump between layers of its material?
+  bool conductivity_is_layered() const;
   /// How a part conducts by direction; null: alike.
   const Anisotropy* anisotropy(int part) const;
   bool is_isotropic() const;

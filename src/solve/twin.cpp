@@ -53,6 +53,7 @@ class Stencil {
  public:
   Stencil(const MaterialField& body, Function T, int part, const Cloud& cloud, const Vec3& step, PlacesInPart in_part)
       : T_(std::move(T)), dimension_(cloud.dimension), step_(step), in_part_(std::move(in_part)) {
+    if (const Anisotropy* anisotropy = body.anisotropy(part)) anisotropy_ = *anisotropy;
     const CellSamples& places = in_part_.places;
     std::vector<int> tag;
     for (std::size_t k = 0; k + 1 < places.row.size(); ++k)
@@ -72,34 +73,35 @@ class Stencil {
   std::size_t from(std::size_t k) const { return in_part_.from[k]; }
   std::size_t size() const { return places().x.size(); }
 
-  /// div (k grad T), W/m^3, by differences of differences; of axisymmetric bodies with k/r dT/dr.
+  /// div (k R grad T), W/m^3, by differences of differences; of axisymmetric bodies with that of e_r.
   std::vector<double> divergence(double t, bool is_axisymmetric) const {
-    std::vector<double> out(size(), 0), k(size());
-    const std::vector<double> here = at(t, places().x);
-    for (int axis = 0; axis < dimension_; ++axis) {
-      const double h = step_[axis];
+    std::vector<double> out(size(), 0);
+    for (int axis = 0; axis < dimension_; ++axis)
       for (const int side : {1, -1}) {
-        std::vector<Vec3> far = places().x;
-        for (Vec3& x : far) x[axis] += 2 * side * h;
-        const std::vector<double> beyond = at(t, far);
-        conductivity(1 + 2 * axis + (side < 0), t, k);
-        for (std::size_t n = 0; n < size(); ++n) out[n] += k[n] * (beyond[n] - here[n]) / (4 * h * h);
+        const std::vector<double> q = flux(axis, t, 1 + 2 * axis + (side < 0));
+        for (std::size_t n = 0; n < size(); ++n) out[n] -= side * q[n] / (2 * step_[axis]);
       }
-    }
     if (is_axisymmetric) {
-      const std::vector<Vec3> q = flux(t);
-      for (std::size_t n = 0; n < size(); ++n) out[n] -= q[n].x / places().x[n].x;
+      const std::vector<double> q = flux(0, t);
+      for (std::size_t n = 0; n < size(); ++n) out[n] -= q[n] / places().x[n].x;
     }
     return out;
   }
-  /// -k grad T, W/m^2.
-  std::vector<Vec3> flux(double t) const {
-    std::vector<Vec3> q(size());
-    std::vector<double> k(size());
-    conductivity(0, t, k);
-    for (int axis = 0; axis < dimension_; ++axis) {
-      const std::vector<double> above = at(t, shifted_[1 + 2 * axis]), below = at(t, shifted_[2 + 2 * axis]);
-      for (std::size_t n = 0; n < size(); ++n) q[n][axis] = -k[n] * (above[n] - below[n]) / (2 * step_[axis]);
+  /// -k R grad T along an axis, W/m^2, at the places after a shift.
+  std::vector<double> flux(int axis, double t, int shift = 0) const {
+    std::vector<Vec3> slope(size());
+    for (int b = 0; b < dimension_; ++b) {
+      if (b != axis && !anisotropy_) continue;
+      std::vector<Vec3> up = shifted_[shift], down = up;
+      for (std::size_t n = 0; n < size(); ++n) up[n][b] += step_[b], down[n][b] -= step_[b];
+      const std::vector<double> above = at(t, up), below = at(t, down);
+      for (std::size_t n = 0; n < size(); ++n) slope[n][b] = (above[n] - below[n]) / (2 * step_[b]);
+    }
+    std::vector<double> q(size());
+    conductivity(shift, t, q);
+    for (std::size_t n = 0; n < size(); ++n) {
+      if (anisotropy_) slope[n] = anisotropy_->at(shifted_[shift][n]) * slope[n];
+      q[n] *= -slope[n][axis];
     }
     return q;
   }
@@ -127,6 +129,7 @@ class Stencil {
   int dimension_;
   Vec3 step_;
   PlacesInPart in_part_;
+  std::optional<Anisotropy> anisotropy_;    ///< of the part, if it conducts differently by direction
   std::vector<std::vector<Vec3>> shifted_;  ///< the places, then a step up and down every axis
   std::vector<MaterialField> bodies_;       ///< at these
 };
@@ -202,8 +205,11 @@ class TwinSource final : public Source {
       add(part.places(), [&](std::size_t, std::int64_t n) { return lacks[n]; });
     }
     for (const Stencil& part : on_facets_) {
-      const std::vector<Vec3> q = part.flux(t);
-      add(part.places(), [&](std::size_t k, std::int64_t n) { return -dot(q[n], cloud_.facets[part.from(k)].normal); });
+      for (int axis = 0; axis < cloud_.dimension; ++axis) {
+        const std::vector<double> q = part.flux(axis, t);
+        add(part.places(),
+            [&](std::size_t k, std::int64_t n) { return -q[n] * cloud_.facets[part.from(k)].normal[axis]; });
+      }
     }
     for (const Given& given : given_) {
       std::vector<double> T(given.x.size()), inwards(given.x.size());
@@ -317,9 +323,10 @@ std::unique_ptr<Source> make_twin_source(const Case& c, const Twin& twin, const 
                              given, parts),
                  "give [[twin.part]] a temperature for every part, in the order of [body], with fluxes that agree "
                  "where they meet");
-  if (body.mean() == Mean::harmonic)
-    table.refuse("", "the conductivity jumps between layers", "make it smooth, or take [[body.layer]] of one");
-  if (!body.is_isotropic()) table.refuse("", "the body conducts differently by direction", "leave 'anisotropy' out");
+  if (body.conductivity_is_layered())
+    table.refuse("",
+                 "the conductivity jumps between layers of one material, and the flux of a smooth temperature with it",
+                 "make it smooth, or take a [[body.layer]] for each");
   return std::make_unique<TwinSource>(c, twin, cloud, conditions, body);
 }
 

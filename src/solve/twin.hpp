@@ -27,9 +27,9 @@ std::optional<Twin> read_twin(const Case& c, const Cloud& cloud);
 /// Gives all prescribed temperatures, and those of the start, the values of the solution.
 void prescribe_twin(const Twin& twin, const Cloud& cloud, Conditions& conditions, std::vector<double>& T_start);
 
-/// What is lacking, as a source called "twin": in the cells rho c dT/dt - div (k grad T), through the facets
-/// k dT/dn less the fluxes of the conditions at T. Refuses bodies of several parts without solutions of their own, and
-/// anisotropic ones. Conditions and cloud must outlive it. Collective; throws Error.
+/// What is lacking, as a source called "twin": in the cells rho c dT/dt - div (k R grad T), through the facets
+/// n . k R grad T less the fluxes of the conditions at T. Refuses bodies of several parts without solutions of their
+/// own, and conductivities that jump within a part. Conditions and cloud must outlive it. Collective; throws Error.
 std::unique_ptr<Source> make_twin_source(const Case& c, const Twin& twin, const Cloud& cloud,
                                          const Conditions& conditions, const MaterialField& body);
 

@@ -864,11 +864,23 @@ class Twins(unittest.TestCase):
             self.assertGreater(one.order, 1.8, one)
         case["material"]["n"]["conductivity"] = {"formula": "0.5 + 1e-5*(T - 300)", "unit": "W/(m K)"}
         pathlib.Path("wall.toml").write_text(toml.write(case))
-        with self.assertRaisesRegex(CaseError, "no contacts"):
-            twin.twin("wall.toml")
+        level = twin.twin("wall.toml", methods=["sph"], factors=[1, 3, 5])  # no heat crosses its contact
+        self.assertGreater(level.of_methods[0].order, 1.8)
         del case["body"]["layer"][1]["contact"]
         pathlib.Path("wall.toml").write_text(toml.write(case))
-        self.assertGreater(twin.twin("wall.toml", methods=["sph"], factors=[1, 3, 5]).of_methods[0].order, 1.8)
+        crossed = twin.twin("wall.toml", methods=["sph"], factors=[1, 3, 5])
+        self.assertGreater(crossed.of_methods[0].order, 1.8)
+        self.assertNotEqual(level.formula, crossed.formula)
+
+    def test_layers_that_conduct_differently_by_direction_have_one(self):
+        case = {"title": "Laminate", "method": "sph", "cloud": {"shape": "box", "size": ["100 mm", "60 mm"], "points": [21, 13]},
+                "material": {"a": {"conductivity": "2 W/(m K)", "anisotropy": {"y": 5}}, "b": {"conductivity": "1 W/(m K)"}},
+                "body": {"along": "x", "layer": [{"material": "a", "thickness": "42.5 mm"}, {"material": "b", "thickness": "57.5 mm"}]},
+                "boundary": {"hot": {"on": "xmin", "temperature": "400 K"}, "air": {"on": ["xmax", "ymax"], "convection": {"h": "50 W/(m^2 K)", "ambient": "300 K"}}},
+                "steady": {}}
+        pathlib.Path("laminate.toml").write_text(toml.write(case))
+        for one in twin.twin("laminate.toml", methods=["sph", "peridynamics"], factors=[1, 3]).of_methods:
+            self.assertGreater(one.order, 1.8, one)
 
     def test_regions_have_one_that_is_level_where_they_meet(self):
         case = {"title": "Regions", "method": "sph", "cloud": {"shape": "box", "size": ["100 mm", "60 mm"], "points": [15, 9]},

@@ -122,6 +122,38 @@ TEST(TwinParallel, OfACrackedBodyIsTheSameOnAnyNumberOfRanks) {
   EXPECT_NEAR(error(cracked({11, 7}, "sph"), MPI_COMM_WORLD), error(cracked({11, 7}, "sph")), 1e-8);
 }
 
+/// Across and along the fibres 2 and 20 W/(m K).
+std::string fibres(const std::string& method, const std::vector<int>& points, const std::string& anisotropy) {
+  const std::string T = "{ formula = \"350 + 40*cos(2*x + 0.3)*cos(2.5*y + 0.4)\", unit = \"K\" }";
+  return box_case({"1 m", "0.6 m"}, points, method) +
+         "[material.fibres]\nconductivity = \"2 W/(m K)\"\nanisotropy = " + anisotropy + R"toml(
+[boundary.hot]
+on = "xmin"
+temperature = "400 K"
+[boundary.air]
+on = ["xmax", "ymax"]
+convection = { h = "10 W/(m^2 K)", ambient = "300 K" }
+[steady]
+[twin]
+temperature = )toml" +
+         T + "\n[[expect]]\nfield = true\nnorm = \"rms\"\nwithin = \"1 K\"\nvalue = " + T + "\n";
+}
+
+TEST(Twin, OfAnAnisotropicBodyConverges) {
+  for (const char* method : {"sph", "peridynamics", "mlpg"})
+    for (const char* anisotropy : {"{ x = 10 }", "{ x = 10, turn = \"30 deg\" }"}) {
+      const double coarse = error(fibres(method, {11, 7}, anisotropy)),
+                   fine = error(fibres(method, {31, 19}, anisotropy));
+      EXPECT_GT(std::log(coarse / fine) / std::log(3), 1.6)
+          << method << " " << anisotropy << ": " << coarse << ", " << fine;
+    }
+}
+
+TEST(TwinParallel, OfAnAnisotropicBodyIsTheSameOnAnyNumberOfRanks) {
+  const std::string text = fibres("sph", {11, 7}, "{ x = 10, turn = \"30 deg\" }");
+  EXPECT_NEAR(error(text, MPI_COMM_WORLD), error(text), 1e-8);
+}
+
 TEST(Twin, WhatHasNoneIsRefused) {
   const auto refused = [](const std::string& text, const std::vector<std::string>& words) {
     expect_refused(text, words);
@@ -135,6 +167,20 @@ TEST(Twin, WhatHasNoneIsRefused) {
   const std::string two = layers("sph", {11, 7});
   const auto first = two.find("[[twin.part]]"), second = two.find("[[twin.part]]", first + 1);
   refused(two.substr(0, first) + two.substr(second), {"1 solutions for 2 parts", "[[twin.part]]"});
+  const std::string graded = box_case({"1 m"}, {11}, "sph") + R"toml(
+[material.m]
+conductivity = { layers = [1, 2], along = "x", thickness = "0.5 m", start = "0 m", unit = "W/(m K)" }
+[body]
+material = "m"
+conductivity_mean = "arithmetic"
+[boundary.cold]
+on = "xmin"
+temperature = "300 K"
+[steady]
+[twin]
+temperature = { formula = "300 + x", unit = "K" }
+)toml";
+  refused(graded, {"jumps between layers of one material", "[[body.layer]]"});
 }
 
 }  // namespace
