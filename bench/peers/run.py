@@ -45,7 +45,7 @@ def calor(problem: str, name: str, words: Sequence[str], is_quick: bool = True) 
 def runs() -> list[Run]:
     found = []
     for points, is_quick in ((41, True), (61, False), (101, False)):
-        found += [calor("nonlinear-cube", "SPH", [f"cloud.points=[{points},{points},{points}]"], is_quick),
+        found += [calor("nonlinear-cube", "SPH", [f"cloud.points=[{points},{points},{points}]", "steady.tolerance=1e-8"], is_quick),
                   Run("nonlinear-cube", "dolfinx", [str(points - 1)], is_quick)]
     for points, is_quick in ((41, True), (81, True), (161, False)):
         found += [calor("cooling-square", name, [f"cloud.points=[{points},{points}]", f"method={method}"], is_quick)
