@@ -57,8 +57,9 @@ TemperatureRange expected_range(const Cloud& cloud, const Conditions& conditions
 std::vector<std::string> notes_on_time(const Case& c) {
   std::vector<std::string> notes;
   for (const char* section : {"body", "material", "boundary", "source"})
-    for (const SourceLocation& where : c.section(section).functions_of_time())
-      notes.push_back(fmt::format("{}: a function of time: the steady state is that of t = 0", where.text()));
+    for (const Function& f : c.section(section).functions())
+      if (f.depends_on_time())
+        notes.push_back(fmt::format("{}: a function of time: the steady state is that of t = 0", f.location().text()));
   return notes;
 }
 

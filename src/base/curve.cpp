@@ -92,6 +92,13 @@ class Points final : public Curve::Knots {
     if (ask == Ask::integral) evaluate<Ask::integral>(x, out);
   }
 
+  ValueRange reach() const override {
+    const std::vector<double> at = kinks();
+    ValueRange found = everywhere;
+    if (std::ranges::count(at, from_.front())) found.low = from_.front();
+    if (std::ranges::count(at, from_.back())) found.high = from_.back();
+    return found;
+  }
   std::vector<double> kinks() const override {
     std::vector<double> found;
     for (std::size_t i = 0; i + 1 < x_.size(); ++i) {
@@ -188,6 +195,8 @@ double Curve::integral(double x) const {
 }
 
 bool Curve::is_constant() const { return !knots_; }
+
+ValueRange Curve::reach() const { return knots_ ? knots_->reach() : Knots::everywhere; }
 
 std::vector<double> Curve::kinks() const { return knots_ ? knots_->kinks() : std::vector<double>{}; }
 

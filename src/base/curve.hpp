@@ -5,6 +5,8 @@
 #include <span>
 #include <vector>
 
+#include "base/reduce.hpp"
+
 namespace calor {
 
 enum class Interpolation { linear, cubic };
@@ -41,6 +43,8 @@ class Curve {
   /// Knots where the slope jumps: those of linear tables, and the ends of a table that does not end level. Empty for
   /// sampled curves.
   std::vector<double> kinks() const;
+  /// Where the curve is known: from the first to the last row of a table, and without end where it ends level.
+  ValueRange reach() const;
 
   struct Knots;
 

@@ -312,6 +312,11 @@ double Function::operator()(const Vec3& x, double t, double T) const {
   return value;
 }
 
+ValueRange Function::reach() const {
+  const Curve* table = kind_->of_temperature();
+  return table ? table->reach() : Curve().reach();
+}
+
 Curve Function::curve(double lo, double hi) const {
   if (is_constant()) return Curve::constant((*this)());
   if (depends_on_place() || depends_on_time()) {

@@ -105,6 +105,8 @@ class Function {
   void derivative(const Arguments& args, std::span<double> out) const;
   double operator()(const Vec3& x = {}, double t = 0, double T = 0) const;
 
+  /// The temperatures over which a table of them reaches, see Curve::reach; all where the function is no such table.
+  ValueRange reach() const;
   /// f(T) as a curve over [lo, hi]; only for functions of temperature alone (or constants).
   Curve curve(double lo, double hi) const;
   /// When a function of time changes. What a formula does is found from its values at 10,000 times of the run, unless

@@ -1,5 +1,6 @@
 #pragma once
 // What curves are made of, and the ways to hold it.
+#include <limits>
 #include <span>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct Curve::Knots {
   virtual ~Knots() = default;
   virtual void evaluate(Ask ask, std::span<const double> x, std::span<double> out) const = 0;
   virtual std::vector<double> kinks() const { return {}; }
+  virtual ValueRange reach() const { return everywhere; }
+
+  static constexpr ValueRange everywhere{.low = -std::numeric_limits<double>::infinity(),
+                                         .high = std::numeric_limits<double>::infinity()};
 };
 
 }  // namespace calor

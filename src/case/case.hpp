@@ -42,8 +42,8 @@ class Table {
   std::vector<std::pair<std::string, Table>> children() const;
   /// Names of the keys written in the table, in the order of the file ([probe], whose names the user gives).
   std::vector<std::string> keys() const;
-  /// Where functions of time stand, in this table and those within it.
-  std::vector<SourceLocation> functions_of_time() const;
+  /// The functions that are written in this table and those within it.
+  std::vector<Function> functions() const;
   /// Array of tables ([[expect]]).
   std::vector<Table> list(const std::string& key) const;
 

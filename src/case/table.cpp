@@ -110,18 +110,17 @@ std::vector<std::string> Table::keys() const {
   return out;
 }
 
-std::vector<SourceLocation> Table::functions_of_time() const {
-  std::vector<SourceLocation> out;
+std::vector<Function> Table::functions() const {
+  std::vector<Function> out;
   for (const std::string& name : keys()) {
     const Key* key = node_->known.find(name);
     const auto is_written = [&](const std::string& form) { return sub(name).has(form); };
     if (key && key->kind == Kind::function) {
-      if (std::ranges::any_of(key->choices, is_written)) continue;  // no function
-      if (function(name).depends_on_time()) out.push_back(location(name));
+      if (std::ranges::none_of(key->choices, is_written)) out.push_back(function(name));
     } else if (node_->written(name)->is_table()) {
-      std::ranges::copy(sub(name).functions_of_time(), std::back_inserter(out));
+      std::ranges::copy(sub(name).functions(), std::back_inserter(out));
     } else if (std::ranges::any_of(node_->written(name)->list, &Value::is_table)) {
-      for (const Table& of_list : list(name)) std::ranges::copy(of_list.functions_of_time(), std::back_inserter(out));
+      for (const Table& of_list : list(name)) std::ranges::copy(of_list.functions(), std::back_inserter(out));
     }
   }
   return out;

@@ -114,7 +114,7 @@ std::unique_ptr<Observer> make_extremes(const RunSetup& run);
 std::unique_ptr<Observer> make_fields(const RunSetup& run);
 std::unique_ptr<Observer> make_steady_stop(const RunSetup& run);
 std::unique_ptr<Observer> make_final_state(const RunSetup& run);
-std::unique_ptr<Observer> make_library_range(const RunSetup& run);
+std::unique_ptr<Observer> make_known_range(const RunSetup& run);
 std::unique_ptr<Observer> make_expectations(const RunSetup& run);
 
 }  // namespace calor

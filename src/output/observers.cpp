@@ -27,8 +27,8 @@ Registry<ObserverKind>& observers() {
       {.name = "steady", .sentence = "ends a run that changes no more", .make = make_steady_stop},
       {.name = "final", .sentence = "all temperatures at the end", .make = make_final_state, .files = {"final.csv"}},
       {.name = "range",
-       .sentence = "warns outside the range of a material of the library",
-       .make = make_library_range}};
+       .sentence = "warns outside the temperatures that a material of the library or a table is known for",
+       .make = make_known_range}};
   return all;
 }
 
