@@ -62,7 +62,8 @@ that, and steps that calor chooses pass over an eighth of its range at most (exp
 
 A table goes by temperature or by time: `of` tells. Without it the unit `temperature` or `time` of its rows does; otherwise
 properties go by temperature and temperatures by time, and heat flows must tell. With `along` it goes by a coordinate x, y, z
-or r in `length`. Rows ascend, and outside of them the value at the end holds. `interpolation` is `"linear"` or `"cubic"`
+or r in `length`. Rows ascend, and outside of them the value at the end holds; the end of a run
+tells where a table of temperature did not reach far enough and does not end level. `interpolation` is `"linear"` or `"cubic"`
 (monotone). A file has two columns with units in its header, `T [K],k [W/(m K)]`.
 
 A law changes the value along x, y, z or r between two places, with s = (coordinate - from)/(to - from) and the values at

@@ -148,6 +148,16 @@ struct Cloud {
   std::span<const Vec3> owned_points() const { return {x.data(), static_cast<std::size_t>(owned)}; }
   /// The metric of a pair: the same bits for (i, j) and (j, i).
   Vec3 mean_metric(int i, int j) const { return 0.5 * (metric[i] + metric[j]); }
+  /// Square of the distance of a pair, in spacings.
+  double square_in_spacings(int i, int j) const {
+    const Vec3 way = x[j] - x[i];
+    if (isotropic) {
+      const double mean = 0.5 * (spacing[i] + spacing[j]);
+      return dot(way, way) / (mean * mean);
+    }
+    const Vec3 r = quotient(way, mean_metric(i, j));
+    return dot(r, r);
+  }
   /// A_i, of axisymmetric bodies A_i - S_i e_x: what remains of the boundary area in the plane, where it and its moment
   /// add up to 0 over the body.
   Vec3 plane_area(int i) const { return axisymmetric ? area[i] - Vec3{hoop[i], 0, 0} : area[i]; }

@@ -3,12 +3,12 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <functional>
-#include <limits>
+#include <optional>
 
 #include "base/parallel.hpp"
 #include "base/reduce.hpp"
 #include "output/files.hpp"
+#include "output/material_volumes.hpp"
 #include "output/observer.hpp"
 
 namespace calor {
@@ -28,27 +28,16 @@ void Balance::keep(Zone zone) {
 }
 
 void Balance::add_materials() {
-  const Cloud& cloud = system_.cloud();
+  const int owned = system_.cloud().owned;
   const Parts& parts = system_.material().parts();
-  const std::vector<PlacesOfPart>& in_cells = system_.material().cell_shares();
+  std::optional<MaterialVolumes> volumes;
+  collective_try(system_.cloud().comm, [&] { volumes.emplace(system_); });
   for (int part = 0; part < parts.count(); ++part) {
     Zone zone{.name = parts[part].material};
     if (std::ranges::count(zones_, zone.name, &Zone::name)) continue;
-    std::vector<char> lies_in(cloud.local());
-    std::vector<double> share(cloud.owned), volume(cloud.local());
-    for (int p = part; p < parts.count(); ++p) {  // layers of one material are one
-      if (parts[p].material != zone.name) continue;
-      const std::vector<char> in_part = system_.material().lie_in(p);
-      std::ranges::transform(lies_in, in_part, lies_in.begin(), std::bit_or{});
-      for (std::size_t n = 0; n < in_cells[p].place.size(); ++n)
-        if (const int point = in_cells[p].place[n]; point < cloud.owned) share[point] += in_cells[p].share[n];
-    }
-    // A slice in the cell of a point beyond the interface is as warm as the material next to it.
-    for (int i = 0; i < cloud.owned; ++i)
-      if (share[i] > 0) volume[next_in(lies_in, i)] += share[i] * cloud.volume[i];
-    cloud.halo.add_up(volume);
+    const auto [lies_in, volume] = volumes->of(zone.name);
     for (const bool inside : {true, false}) {
-      for (int i = 0; i < cloud.owned; ++i) {
+      for (int i = 0; i < owned; ++i) {
         if ((lies_in[i] != 0) != inside || !(inside || volume[i] > 0)) continue;
         zone.point.push_back(i);
         zone.weight.push_back(volume[i]);
@@ -57,19 +46,6 @@ void Balance::add_materials() {
     }
     keep(std::move(zone));
   }
-}
-
-int Balance::next_in(const std::vector<char>& lies_in, int i) const {
-  if (lies_in[i]) return i;
-  const Cloud& cloud = system_.cloud();
-  int next = i;
-  double nearest = std::numeric_limits<double>::infinity();
-  std::vector<std::int32_t> buffer;
-  for (const std::int32_t j : system_.discretisation().conduction->coupled(i, buffer)) {
-    const double distance = norm(cloud.x[j] - cloud.x[i]);
-    if (lies_in[j] && distance < nearest) nearest = distance, next = j;
-  }
-  return next;
 }
 
 void Balance::add_body() {

@@ -48,8 +48,6 @@ class Balance {
 
  private:
   void add_materials();
-  /// The point next to owned point i, of those that it couples to, that lies in a material; i itself where none does.
-  int next_in(const std::vector<char>& lies_in, int i) const;
   void add_body();
   void add_sections();
   void add_faces();

@@ -147,9 +147,9 @@ class HeatSystem {
   double rate_bound(double t, std::span<double> u);
   /// The same for explicit steps where the capacity is lumped. With parameters as degrees of freedom steps go by
   /// C^-1 (-dF/du) Phi^-1, of which no row sums are known: its largest eigenvalue in a uniform body, times the largest
-  /// diffusivity that a row sees, its row sum over that in the uniform body. Where what surfaces and sources exchange
-  /// counts twice (`monotone`), no temperature passes those of its neighbours and surroundings in steps up to 2 /
-  /// bound, if all weights are positive. Collective.
+  /// diffusivity that a row sees, its row sum over that in the uniform body. Where what surfaces, sources and walls off
+  /// the points exchange counts twice (`monotone`), no temperature passes those of its neighbours and surroundings in
+  /// steps up to 2 / bound, if all weights are positive. Collective.
   static constexpr double monotone = 2;
   double explicit_rate_bound(double t, std::span<double> u, double exchange_factor = 1);
   /// The limit of stability of explicit Euler, s: by the largest eigenvalue where that is known, by the bound

@@ -21,16 +21,6 @@ NearestPairs::NearestPairs(const Cloud& cloud) : cloud_(cloud), thin_(petsc::cre
   std::ranges::sort(ghosts_);
 }
 
-double NearestPairs::square(int i, std::int32_t j) const {
-  const Vec3 way = cloud_.x[j] - cloud_.x[i];
-  if (cloud_.isotropic) {
-    const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
-    return dot(way, way) / (spacing * spacing);
-  }
-  const Vec3 r = quotient(way, cloud_.mean_metric(i, j));
-  return dot(r, r);
-}
-
 void NearestPairs::begin() {
   if (!rows_.empty()) return;
   rows_.resize(cloud_.owned);
@@ -47,7 +37,7 @@ void NearestPairs::add(int row, std::span<const std::int32_t> columns, std::span
       continue;
     }
     ++given_;
-    const double distance = square(row, columns[n]), moment = values[n] * distance;
+    const double distance = cloud_.square_in_spacings(row, columns[n]), moment = values[n] * distance;
     r.moment += moment;
     if (distance >= next * next) continue;
     r.near_moment += moment;

@@ -42,8 +42,6 @@ class NearestPairs final : public JacobianEntries {
 
   void begin();
   void clear();
-  /// Of the distance of an owned point to a local one, in spacings.
-  double square(int i, std::int32_t j) const;
   void set_pattern();
 
   const Cloud& cloud_;

@@ -28,9 +28,9 @@ double HeatSystem::largest_rate_of_rows(double t, std::span<double> u, double ex
   collective_try(cloud_.comm, [&] {
     discretisation_.capacity->evaluate(*at_, {}, C);
     for (const auto& term : exchange_) term->add_row_sums(*at_, sums);
+    for (const auto& term : discretisation_.walls) term->add_row_sums(*at_, sums);
     for (double& sum : sums) sum *= exchange_factor;
     discretisation_.conduction->add_row_sums(*at_, sums);
-    for (const auto& term : discretisation_.walls) term->add_row_sums(*at_, sums);
   });
   double largest = 0;
   for (int i = 0; i < cloud_.owned; ++i)

@@ -368,9 +368,19 @@ end = "1 s"
         changed = steady.replace('flux = "20 kW/m^2"', 'flux = { formula = "2e4*cos(t)", unit = "W/m^2" }')
         line = 1 + changed[:changed.index("2e4*cos")].count("\n")
         (self.here / "steady.toml").write_text(changed)
-        self.assertIn(f"steady.toml:{line}:8: a function of time: the steady state is that of t = 0", self.calor("run", "steady.toml").stderr)
+        self.assertIn(f"steady.toml:{line}:20: a function of time: the steady state is that of t = 0", self.calor("run", "steady.toml").stderr)
         (self.here / "steady.toml").write_text(steady)
         self.assertNotIn("of time", self.calor("run", "steady.toml").stderr)
+
+    def test_a_table_that_ends_before_the_temperatures_of_its_face_or_material_is_told(self):
+        self.calor("new", "plate")
+        h = 'boundary.air.convection.h={ table = [[280, 20], [%s, 40]], of = "temperature", unit = "W/(m^2 K)" }'
+        said = self.calor("run", "plate.toml", h % 310, code=1).stderr
+        self.assertRegex(said, r"this table ends at 310 K, and boundary.air was at \d+(\.\d+)? K, with the value of its last row")
+        self.assertNotIn("begins", said)
+        self.assertNotIn("this table", self.calor("run", "plate.toml", h % 3000, code=1).stderr)
+        level = h.replace("[%s, 40]]", "[310, 40], [320, 40]]")  # known to stay as it is
+        self.assertNotIn("this table", self.calor("run", "plate.toml", level, code=1).stderr)
 
     def interrupt(self, *words, number, code):
         """Starts a long run with a terminal for its errors, interrupts it once the progress line shows."""

@@ -75,6 +75,17 @@ TEST(Curve, HasKinksWhereItsSlopeJumps) {
   EXPECT_TRUE(Curve::sampled([](double x) { return x * x; }, 0, 1).kinks().empty());
 }
 
+constexpr double infinite = std::numeric_limits<double>::infinity();
+
+TEST(Curve, IsKnownAsFarAsItsRowsGoAndOnWhereItEndsLevel) {
+  const auto reach = [](const Curve& c) { return std::pair(c.reach().low, c.reach().high); };
+  EXPECT_EQ(reach(Curve::through({1, 2, 3}, {0, 1, 4}, Interpolation::linear)), std::pair(1., 3.));
+  EXPECT_EQ(reach(Curve::through({1, 2, 3}, {0, 0, 5}, Interpolation::linear)), std::pair(-infinite, 3.));
+  EXPECT_EQ(reach(Curve::through({1, 2, 3}, {0, 5, 5}, Interpolation::linear)), std::pair(1., infinite));
+  EXPECT_EQ(reach(Curve::constant(2)), std::pair(-infinite, infinite));
+  EXPECT_EQ(reach(Curve::sampled([](double x) { return x; }, 0, 1)), std::pair(-infinite, infinite));
+}
+
 TEST(Curve, RefusesTablesThatAreNone) {
   EXPECT_THROW(Curve::through({1}, {1}, Interpolation::linear), std::invalid_argument);
   EXPECT_THROW(Curve::through({1, 1}, {1, 2}, Interpolation::linear), std::invalid_argument);

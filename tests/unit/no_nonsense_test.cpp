@@ -28,6 +28,23 @@ TEST(StableSteps, FollowTheRadiationOfASurfaceThatGrowsHot) {
     }
 }
 
+TEST(StableSteps, KeepTemperaturesAboveAWallHalfACellAway) {
+  // 1/dt of the first cell: (50 W/(m K) / 0.25 mm + 50 / 2.5 mm) / (3e6 J/(m^3 K) 0.5 mm), by hand.
+  const double limit = 3e6 * 0.5e-3 / (50 / 0.25e-3 + 50 / 2.5e-3);
+  const std::string text = R"toml(title = "Cells"
+method = "sph"
+cloud = { shape = "box", x = ["0 mm", "0.5 mm", "5 mm", "10 mm", "15 mm"], at = "cells" }
+initial = { temperature = "300 K" }
+boundary.cold = { on = "xmin", temperature = "280 K" }
+time = { end = "0.5 s", integrator = "INTEGRATOR" }
+)toml" + simple_material({.k = "50", .rho = "1000", .c = "3000"});
+  for (const char* integrator : {"euler", "rkl2"}) {
+    const RunResult result = run_into("", replaced(text, "INTEGRATOR", integrator));
+    EXPECT_GE(result.lowest.T, 280 - 1e-9) << integrator;
+    if (integrator == std::string("euler")) EXPECT_GE(result.numbers.at("steps"), 0.5 / limit);
+  }
+}
+
 TEST(StableSteps, OfFixedLengthEndWithTimeAndLimitWhereTheyHaveBecomeTooLong) {
   // Stable for 10 W/(m^2 K), far too long for what the coefficient jumps to at 100 s.
   const std::string text =
