@@ -1,6 +1,6 @@
 """Unknown numbers of a case from measurements: least squares, weighted by the noise.
 
-Gauss-Newton with Levenberg's and Marquardt's damping. Of probes and of the balance a steady run, and one by tr-bdf2, gives the derivatives
+Gauss-Newton with Levenberg's and Marquardt's damping. Of probes, of the balance, of a weld and of thermal stress a steady run, and one by tr-bdf2, gives the derivatives
 with the values, by its tangent or its adjoint; elsewhere they come by differences once, later by Broyden's updates, and by
 differences again at the end, from which the intervals follow. Runs that do not depend on each other go side by side.
 """
@@ -150,8 +150,8 @@ class Search:
         self.data = [data for n, entry in enumerate(asked["data"])
                      for data in read_data(entry, line_of(case.path, "fit.data", n), case.folder, end, list(self.written.get("probe", {})), numbers)]
         # Does a run give the derivatives of all that is measured?
-        self.has_derivatives = all(d.source != "report" for d in self.data) and not any(u.key.startswith("cloud.") for u in self.unknowns)
-        if self.fields and not (self.has_derivatives and "steady" in self.written):
+        self.has_derivatives = not any(u.key.startswith("cloud.") for u in self.unknowns)
+        if self.fields and not (self.has_derivatives and "steady" in self.written and all(d.source != "report" for d in self.data)):
             raise CaseError(f"{line_of(case.path, 'fit.field', 0)}: a field takes a steady case and readings of probes, heat flows and mean temperatures alone: elsewhere derivatives would "
                                "cost a run for every value")
         self.runs = 0
@@ -188,8 +188,8 @@ class Search:
             r, result = self.run(x)
             return r, result, self.derivatives(x, r)
         asked: dict[str, Any] = {"output.derivatives": [u.key for n, u in enumerate(self.unknowns[:single]) if n not in at_zero] + [f.key for f in self.fields]}
-        if of_balance := list(dict.fromkeys(d.name for d in self.data if d.source == "balance")):
-            asked["output.derivatives_of"] = of_balance
+        if of_report := list(dict.fromkeys(d.name for d in self.data if d.source != "probe")):
+            asked["output.derivatives_of"] = of_report
         r, result = self.run(x, asked)
         J = np.zeros((r.size, x.size))
         given = [n for n in range(x.size) if n not in at_zero]
@@ -253,7 +253,7 @@ class Search:
             except CaseError as error:
                 if error.key not in ("output.derivatives", "output.derivatives_of"):
                     raise
-                self.has_derivatives = False  # the integrator's steps give none, or the report has no such number, which the run tells
+                self.has_derivatives = False  # the integrator's steps give none, or there are none of such a number, which the run tells
         if not self.has_derivatives:
             r, result = self.run(x)
             J = self.derivatives(x, r)

@@ -1,6 +1,7 @@
 """Numbers of a case that are searched for."""
 from __future__ import annotations
 
+import functools
 import math
 import pathlib
 import re
@@ -38,8 +39,11 @@ class Unknown:
         return max(abs(value - self.zero), LEAST_SIZE * self.scale)
 
 
+@functools.cache
 def zero_of(unit: str) -> float:
     """Where the quantity of a unit is 0: other units than those of temperatures begin there."""
+    if not unit:
+        return 0.0
     try:
         return quantities.conversion("K", unit)[1]
     except CommandError:

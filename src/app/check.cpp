@@ -87,7 +87,7 @@ int check_case(const Case& c, MPI_Comm comm, bool lists_numbers) {
   if (lists_numbers) return list(comm, numbers);
   TemperatureUnit::of(c);  // refuses what does not fit, as does the integrator
   const auto integrator = is_steady(c) ? nullptr : make_integrator(c, system, state);
-  check_derivatives(c, probes, system, integrator.get());
+  check_derivatives(setup, integrator.get());
   if (integrator) std::ranges::copy(integrator->notes, std::back_inserter(model.notes));
   const bool takes_explicit = !is_steady(c) && system.capacity_is_lumped();
   const double bound = takes_explicit ? system.explicit_rate_bound(0, state.T) : 0;

@@ -15,7 +15,7 @@ class DerivativeLog : public Observer {
       : run_(run),
         model_(model),
         parameters_(std::move(parameters)),
-        readings_(run.description, run.probes, run.system) {}
+        readings_(run.description, run.probes, run.system, run.weld, run.stress) {}
 
   /// Refuses to go on from a checkpoint: the derivatives have not been stored.
   void exchange(Archive& archive) override;

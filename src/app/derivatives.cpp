@@ -41,8 +41,9 @@ void DerivativeLog::finish(const Moment&, RunResult&) {
   });
 }
 
-void check_derivatives(const Case& c, const Probes& probes, HeatSystem& system, Integrator* integrator) {
-  const Readings readings(c, probes, system);
+void check_derivatives(const RunSetup& run, Integrator* integrator) {
+  const Case& c = run.description;
+  const Readings readings(c, run.probes, run.system, run.weld, run.stress);
   Nobody nobody;
   if (read_parameters(c).empty() || !integrator || integrator->tell(nobody)) return;
   c.section("output").refuse(
@@ -52,7 +53,7 @@ void check_derivatives(const Case& c, const Probes& probes, HeatSystem& system, 
 }
 
 std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model, Integrator* integrator) {
-  check_derivatives(run.description, run.probes, run.system, integrator);
+  check_derivatives(run, integrator);
   std::vector<Parameter> parameters = read_parameters(run.description);
   if (parameters.empty()) return nullptr;
   return integrator ? make_step_tangents(run, model, std::move(parameters), *integrator)

@@ -1,5 +1,5 @@
 #pragma once
-// derivatives.csv: what temperatures of probes and numbers of the balance change by with numbers of the case.
+// derivatives.csv: what temperatures of probes and numbers of the report change by with numbers of the case.
 #include <memory>
 
 #include "app/model.hpp"
@@ -14,6 +14,6 @@ namespace calor {
 std::unique_ptr<Observer> make_derivative_log(const RunSetup& run, const Model& model, Integrator* integrator);
 
 /// Refuses what it asks for and cannot have. Collective; throws Error.
-void check_derivatives(const Case& c, const Probes& probes, HeatSystem& system, Integrator* integrator);
+void check_derivatives(const RunSetup& run, Integrator* integrator);
 
 }  // namespace calor

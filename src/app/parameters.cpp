@@ -47,7 +47,7 @@ std::vector<Parameter> read_parameters(const Case& c) {
     output.refuse("derivatives", problem, cure);
   };
   if (c.section("probe").keys().empty() && !output.has("derivatives_of"))
-    refuse("derivatives of nothing", "add [probe] with places, or 'derivatives_of' with numbers of the balance");
+    refuse("derivatives of nothing", "add [probe] with places, or 'derivatives_of' with numbers of the report");
   if (!is_steady(c) && has_cracks(c)) refuse("derivatives of a run with cracks", "leave them out, or take [steady]");
   const SourceLocation at = output.location("derivatives");
   for (const std::string& path : output.texts("derivatives")) {
@@ -71,7 +71,9 @@ ChangedModel::ChangedModel(const Model& model, const Parameter& p, double value)
       model_(build_model(case_, model.cloud->comm, phases_)),
       start_(calor::start(model_)),
       probes_(case_, *model_.cloud, &system().dofs(), &system().material().parts()),
-      readings_(case_, probes_, system()) {
+      readings_(case_, probes_, system(),
+                WeldResults::make(case_, system(), probes_, start_.state, start_.E_before_walls),
+                ThermalStress::make(case_, system(), probes_)) {
   const Cloud &now = *model_.cloud, &was = *model.cloud;
   if (any(was.comm, now.count != was.count || now.owned != was.owned || now.local() != was.local()))
     throw Error(Fault::bad_case, p.asked_at, fmt::format("'{}' changes the points of the cloud", p.name()),

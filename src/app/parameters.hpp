@@ -45,6 +45,8 @@ class ChangedModel {
   const Cloud& cloud() const { return *model_.cloud; }
   const State& start() const { return start_.state; }
   const Readings& readings() const { return readings_; }
+  /// Collective.
+  void observe(State& state) { readings_.observe(state); }
 
  private:
   Case case_;

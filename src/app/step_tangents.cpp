@@ -18,7 +18,9 @@ class Tangent {
  public:
   Tangent(const Model& model, const Parameter& p)
       : p_(p), h_(p.step()), more_(model, p, p.value() + h_), less_(model, p, p.value() - h_) {
-    differ(more_.start(), less_.start());
+    State more = more_.start(), less = less_.start();
+    more_.observe(more), less_.observe(less);
+    differ(more, less);
   }
 
   /// Of a state on which constraints are imposed at time t.
@@ -76,12 +78,13 @@ class Tangent {
 
   /// Both models take (u, E) with the tangent, and the constraints with it; `after_stage`: u follows from E.
   void impose(double t, std::span<const double> u, std::span<const double> E, bool after_stage) {
-    const auto of = [&](const ChangedModel& model, double h) {
+    const auto of = [&](ChangedModel& model, double h) {
       State state{.t = t, .E = sum(E, h, dE_), .T = sum(u, h, du_), .cumulative_heat = {}};
       state.cumulative_heat.resize(model.system().accounts().size());
       if (after_stage) model.system().temperature_after_stage(state.E, state.T);
       model.system().impose(t, state.T, state.E, state.cumulative_heat);
       model.cloud().halo.update(state.T);
+      model.observe(state);
       return state;
     };
     const State more = of(more_, h_), less = of(less_, -h_);

@@ -73,8 +73,9 @@ void declare_output(Schema& schema) {
             "run "
             "by tr-bdf2 by the tangents of its steps."},
            {"derivatives_of", Kind::texts, "", optional,
-            "Numbers of the balance that derivatives.csv has besides, as report.json names them: heat_flow.NAME, "
-            "mean.NAME, minimum.NAME, maximum.NAME."},
+            "Numbers of report.json that derivatives.csv has besides: of the balance heat_flow.NAME, mean.NAME, "
+            "minimum.NAME, maximum.NAME; of a weld largest_NAME and peak_NAME of its extents, peak.NAME of the "
+            "probes; lowest_stress, highest_stress, largest_stress."},
            {"temperature", Kind::text, "", "K",
             "Unit of the temperatures that people read, on the terminal and in run.log: K, degC or degF; on the "
             "command line --units degC. Files of numbers keep to K."},

@@ -1,9 +1,7 @@
 // stress.csv: the extreme stresses over time; section.csv: the stress of the section at the end.
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <array>
-#include <limits>
 
 #include "base/archive.hpp"
 #include "base/parallel.hpp"
@@ -23,9 +21,9 @@ class StressLog : public Observer {
 
   void begin() override { log_.open(); }
   void exchange(Archive& archive) override {
-    std::array<double, 2> so_far{lowest_, highest_};
+    std::array<double, 2> so_far{extremes_.lowest, extremes_.highest};
     archive.values("extreme stresses", so_far);
-    lowest_ = so_far[0], highest_ = so_far[1];
+    extremes_ = {.lowest = so_far[0], .highest = so_far[1]};
     log_.exchange(archive);
   }
   /// A shock is at its worst long before the next record.
@@ -38,21 +36,20 @@ class StressLog : public Observer {
     log_.row(std::array{m.state().t, d.lowest, d.highest, d.strain, d.curvature});
   }
   void finish(const Moment& m, RunResult& result) override {
-    result.numbers.insert(
-        {{"lowest_stress", lowest_}, {"highest_stress", highest_}, {"largest_stress", std::max(-lowest_, highest_)}});
+    const std::vector<ReportNumber> listed = ExtremeStresses::listed();
+    const std::vector<double> numbers = extremes_.numbers();
+    for (std::size_t n = 0; n < numbers.size(); ++n) result.numbers[listed[n].name] = numbers[n];
     if (run_.folder.empty()) return;
     m.temperatures();
     write_section(stress_.deformation(m.u()));
   }
-  std::vector<ReportNumber> numbers() const override {
-    return {{"lowest_stress", "Pa"}, {"highest_stress", "Pa"}, {"largest_stress", "Pa"}};
-  }
+  std::vector<ReportNumber> numbers() const override { return ExtremeStresses::listed(); }
 
  private:
   Deformation observe(const Moment& m) {
     m.temperatures();  // for the ghosts
     Deformation d = stress_.deformation(m.u());
-    lowest_ = std::min(lowest_, d.lowest), highest_ = std::max(highest_, d.highest);
+    extremes_.add(d);
     return d;
   }
   void write_section(const Deformation& d) const {
@@ -72,7 +69,7 @@ class StressLog : public Observer {
 
   const RunSetup& run_;
   const ThermalStress& stress_;
-  double lowest_ = std::numeric_limits<double>::infinity(), highest_ = -lowest_;
+  ExtremeStresses extremes_;
   CsvLog log_;
 };
 

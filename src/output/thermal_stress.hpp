@@ -2,6 +2,8 @@
 // Thermal stress of thin bodies: beams, plates and discs whose cross-sections stay plane, so that the strain is linear
 // through the thickness. What the temperature of a section does to it follows from integrals along lines through the
 // thickness. Boley & Weiner, Theory of Thermal Stresses (1960), chapters 9, 10 and 12.
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <span>
 #include <string>
@@ -11,6 +13,7 @@
 #include "case/schema.hpp"
 #include "material/elasticity.hpp"
 #include "output/probes.hpp"
+#include "output/report.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
@@ -26,6 +29,18 @@ struct Deformation {
   // The section: one value a place.
   std::vector<double> T;                    ///< K
   std::vector<std::vector<double>> stress;  ///< of every component, Pa
+};
+
+/// The extremes of several deformations, Pa.
+struct ExtremeStresses {
+  double lowest = std::numeric_limits<double>::infinity(), highest = -lowest;
+
+  void add(const Deformation& d) { lowest = std::min(lowest, d.lowest), highest = std::max(highest, d.highest); }
+  /// Their numbers in the report.
+  static std::vector<ReportNumber> listed() {
+    return {{"lowest_stress", "Pa"}, {"highest_stress", "Pa"}, {"largest_stress", "Pa"}};
+  }
+  std::vector<double> numbers() const { return {lowest, highest, std::max(-lowest, highest)}; }
 };
 
 class ThermalStress {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 
 #include "base/archive.hpp"
@@ -199,6 +200,25 @@ void WeldResults::observe(const State& state, std::span<const double> T) {
     largest_[e] = std::max(largest_[e], extents_[e].of_temperatures(state.T).length());
 }
 
+std::vector<ReportNumber> WeldResults::listed() const {
+  std::vector<ReportNumber> all;
+  for (const Extent& extent : extents_)
+    for (const char* what : {"largest_", "peak_"}) all.push_back({what + extent.name(), "m"});
+  for (const std::string& probe : probes_.names()) all.push_back({"peak." + probe, "K"});
+  return all;
+}
+
+std::vector<double> WeldResults::numbers() const {
+  std::vector<double> all;
+  for (std::size_t e = 0; e < extents_.size(); ++e) {
+    all.push_back(largest_[e]);
+    all.push_back(extents_[e].of_field(points_.peak()).length());
+  }
+  const auto peaks = at_probes_.peak();
+  all.insert(all.end(), peaks.begin(), peaks.end());
+  return all;
+}
+
 void WeldResults::exchange(Archive& archive) {
   archive.values("largest extents", largest_);
   const auto of_points = [&](const std::string& name, std::span<double> values) { archive.points(name, values); };
@@ -264,17 +284,14 @@ class WeldLog : public Observer {
     result.numbers["average_temperature"] = average;
     if (const auto expected = weld_.theory(m.state().t); expected && *expected != start)
       result.numbers["average_temperature_error"] = std::abs(average - *expected) / std::abs(*expected - start);
-    for (std::size_t e = 0; e < weld_.extents().size(); ++e) {
-      const Extent& extent = weld_.extents()[e];
-      result.numbers["largest_" + extent.name()] = weld_.largest_extents()[e];
-      result.numbers["peak_" + extent.name()] = extent.of_field(weld_.points().peak()).length();
-    }
+    const std::vector<ReportNumber> listed = weld_.listed();
+    const std::vector<double> numbers = weld_.numbers();
+    for (std::size_t n = 0; n < numbers.size(); ++n) result.numbers[listed[n].name] = numbers[n];
   }
   std::vector<ReportNumber> numbers() const override {
     std::vector<ReportNumber> all{{"average_temperature", "K"}};
     if (weld_.theory(0)) all.push_back({"average_temperature_error", ""});
-    for (const Extent& extent : weld_.extents())
-      for (const char* what : {"largest_", "peak_"}) all.push_back({what + extent.name(), "m"});
+    std::ranges::copy(weld_.listed(), std::back_inserter(all));
     return all;
   }
 
@@ -307,13 +324,14 @@ std::unique_ptr<Observer> make_weld_log(const RunSetup& run) {
 }
 
 void declare_weld(Schema& schema) {
-  schema.add({.path = "weld",
-              .sentence =
-                  "What a weld is judged by: the melt's extents and the average temperature over time (weld.csv), "
-                  "peaks and cooling times as fields and at the probes (cooling.csv).",
-              .keys = {{"isotherm", Kind::quantity, "K", optional, "Temperature above which the extents count."},
-                       {"cooling", Kind::quantities, "K", optional,
-                        "Two temperatures, the higher one first: the time to cool between them is a result."}}});
+  schema.add(
+      {.path = "weld",
+       .sentence =
+           "What a weld is judged by: the melt's extents and the average temperature over time (weld.csv), "
+           "peaks and cooling times as fields and at the probes (cooling.csv; in the report the peaks, as peak.PROBE).",
+       .keys = {{"isotherm", Kind::quantity, "K", optional, "Temperature above which the extents count."},
+                {"cooling", Kind::quantities, "K", optional,
+                 "Two temperatures, the higher one first: the time to cool between them is a result."}}});
   schema.add({.path = "weld.extent.*",
               .sentence = "The extent of what is hotter than an isotherm along a line: from its first crossing to its "
                           "last. The report has its largest value and, as peak_NAME, that of the peak temperatures.",

@@ -11,6 +11,7 @@
 #include "case/case.hpp"
 #include "case/schema.hpp"
 #include "output/probes.hpp"
+#include "output/report.hpp"
 #include "solve/heat_system.hpp"
 
 namespace calor {
@@ -93,6 +94,10 @@ class WeldResults {
   const ThermalHistory& points() const { return points_; }
   const ThermalHistory& probes() const { return at_probes_; }
   bool has_cooling() const { return has_cooling_; }
+  /// Its numbers in the report: largest_NAME and peak_NAME of the extents, peak.NAME of the probes.
+  std::vector<ReportNumber> listed() const;
+  /// In this order, so far. Collective.
+  std::vector<double> numbers() const;
 
  private:
   WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
