@@ -295,6 +295,12 @@ std::vector<double> CellIntegrals::values(const Integrand& f) const {
       value[i] = places.mean();
       continue;
     }
+    const auto [least, most] = std::ranges::minmax(places.value);
+    const double size = std::max({f.scale, std::abs(least), std::abs(most)});
+    if (std::max(least - value[i], value[i] - most) > most - least + jump_at_edge * size) {
+      value[i] = places.mean();
+      continue;
+    }
     Vec3 centre;
     for (std::size_t n = 0; n < places.x.size(); ++n) centre += places.weight[n] * places.x[n];
     constexpr double little = 1e-6;
