@@ -45,6 +45,9 @@ class Halo {
   std::shared_ptr<_p_PetscSF> forest_;  // null on one rank
 };
 
+/// Of a metric, in a direction of length 1, m.
+inline double spacing_along(const Vec3& metric, const Vec3& direction) { return 1 / norm(quotient(direction, metric)); }
+
 /// How far a point sees, in spacings and in metres: the sum of both. As the spacing has a value along every axis, so
 /// has the radius: the support is an ellipsoid with the axes of the cloud.
 struct Support {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "base/parallel.hpp"
 #include "cloud/cell_samples.hpp"
@@ -77,7 +76,7 @@ Cracks::Surface Cracks::surface_at(const Vec3& place) const {
     if (!(r < nearest)) return;
     const Vec3 n = unit(area);
     nearest = r;
-    found = {n.x, n.y, n.z, cloud_.spacing[i], dot(place - x, n), 1};
+    found = {n.x, n.y, n.z, cloud_.spacing[i], dot(place - x, n) / spacing_along(cloud_.metric[i], n), 1};
   };
   for (int i = 0; i < cloud_.owned && cloud_.points_on_walls; ++i)
     if (!(cloud_.area[i] == Vec3{})) look_at(cloud_.x[i], cloud_.area[i], i);
@@ -86,8 +85,9 @@ Cracks::Surface Cracks::surface_at(const Vec3& place) const {
   const double everywhere = min(cloud_.comm, nearest);
   if (nearest > everywhere) found.clear();  // of the ranks that have the nearest place
   const std::vector<double> s = sums(cloud_.comm, found, 6);
-  const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3], beyond = share * s[4];
-  return {.reached = s[5] > 0 && (everywhere < 3 * spacing || beyond > 0) && beyond > -0.1 * spacing,
+  const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3],
+               beyond = share * s[4];  // the latter in spacings across
+  return {.reached = s[5] > 0 && (everywhere < 3 * spacing || beyond > 0) && beyond > -0.1,
           .normal = share * Vec3{s[0], s[1], s[2]},
           .spacing = spacing};
 }
@@ -178,24 +178,31 @@ bool Cracks::holds(const CrackPiece& piece, const Vec3& x) const {
   return s > -1e-9 && s < 1 + 1e-9;  // a pair through a corner of a polyline must not slip through
 }
 
-Cracks::Cut Cracks::cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const {
+Cracks::Cut Cracks::cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, const Vec3& metric) const {
   const double from = piece.side(a), to = piece.side(b);
   if (!(from < 0 && to > 0) && !(from > 0 && to < 0)) return {};
   const Vec3 x = a + (from / (from - to)) * (b - a);
   const bool within = holds(piece, x);
+  if (piece.tips.empty()) return {.fraction = within ? 1. : 0, .sliver = within ? 1. : 0};
   double tip = std::numeric_limits<double>::infinity();
-  for (const CrackPiece::Tip& t : piece.tips) tip = std::min(tip, distance(x, t.a, t.b));
+  Vec3 edge;
+  for (const CrackPiece::Tip& t : piece.tips)
+    if (const double r = distance(x, t.a, t.b); r < tip) tip = r, edge = t.b - t.a;
   if (!within) tip = -tip;
-  // In a lattice of nearest neighbours a crack acts as if its tip lay 1/2 + sqrt(2)/4 spacings beyond the last bond
-  // cut, and (1 + sqrt(2)) b / (1 + sqrt(2) b) less when that bond keeps a part b of its weight: exact, by the method
-  // of Wiener and Hopf. This is that b, for a tip where the crack ends; a spacing along the crack, by which one pair of
-  // every kind follows the other, |x_ji.n| across it. So cracks act as long as they are, wherever their tips lie and
-  // however far the pairs reach.
-  constexpr double sqrt2 = std::numbers::sqrt2;
-  const double c = std::clamp(0.5 + (tip - sqrt2 / 4 * std::abs(from - to)) / spacing, 0.0, 1.0);
+  // In a lattice of nearest neighbours, dx apart along the crack and dy across, a crack acts as if its tip lay
+  // 1/2 dx + sqrt(dx^2 + dy^2)/4 beyond the last bond cut, and (1 + rho) b / (1 + rho b) dx less when that bond keeps a
+  // part b of its weight: exact, by the method of Wiener and Hopf (docs/cracks.md). This is that b, for a tip where the
+  // crack ends; dx is a spacing along the crack, by which one pair of every kind follows the other, dy the length
+  // |x_ji.n| across it. So cracks act as long as they are, wherever their tips lie and however far the pairs reach.
+  const Vec3 across = piece.normal,
+             along = cloud_.dimension == 3 ? unit(cross(across, edge)) : Vec3{across.y, -across.x, 0};
+  const double dx = spacing_along(metric, along), q = spacing_along(metric, across) / dx,
+               diagonal = std::sqrt(1 + q * q);
+  const double longer = 0.25 * diagonal / q * std::abs(from - to) / dx, rho = (1 + diagonal - q) / q;
+  const double c = std::clamp(0.5 + tip / dx - longer, 0.0, 1.0);
   // The slivers end half a spacing later: with a crack off the middle of two rows, temperatures that are even about it
   // would be wrong else as if the tip were a dipole.
-  return {.fraction = (1 + sqrt2) * c / (1 + sqrt2 * c), .sliver = std::clamp(1 - sqrt2 / 4 + tip / spacing, 0.0, 1.0)};
+  return {.fraction = (1 + rho) * c / (1 + rho * c), .sliver = std::clamp(1 - 0.25 * diagonal + tip / dx, 0.0, 1.0)};
 }
 
 std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
@@ -216,8 +223,8 @@ std::vector<Crossing> Cracks::crossings(const Neighbours& neighbours) const {
         for (std::size_t n = 0; n < row.size(); ++n) {
           const int j = row[n];
           const bool ascending = cloud_.id[i] < cloud_.id[j];  // one answer for both directions
-          const double spacing = 0.5 * (cloud_.spacing[i] + cloud_.spacing[j]);
-          const Cut c = cut(piece, location_[ascending ? i : j], location_[ascending ? j : i], spacing);
+          const Cut c =
+              cut(piece, location_[ascending ? i : j], location_[ascending ? j : i], cloud_.mean_metric(i, j));
           if (c.fraction == 0 && c.sliver == 0) continue;
           const bool upper = piece.side(location_[i]) > 0;
           const double from = piece.side(cloud_.x[i]), to = piece.side(cloud_.x[j]);
@@ -257,10 +264,10 @@ void Cracks::move_points() {
   for (int i = 0; i < cloud_.local(); ++i) {
     for (const auto& segments : segments_) {
       for (const CrackPiece& piece : segments) {
-        const double least = 1e-3 * cloud_.spacing[i], s = piece.side(location_[i]);
+        const double least = 1e-3 * spacing_along(cloud_.metric[i], piece.normal), s = piece.side(location_[i]);
         if (!(std::abs(s) < least)) continue;
         const Vec3 above = location_[i] + (2 * least - s) * piece.normal, below = above - 4 * least * piece.normal;
-        if (cut(piece, above, below, cloud_.spacing[i]).fraction == 0) continue;
+        if (cut(piece, above, below, cloud_.metric[i]).fraction == 0) continue;
         // Along the surface points stay with the body: above such a crack there is none.
         const bool is_outside = dot(cloud_.area[i], piece.normal) > 0.5 * norm(cloud_.area[i]);
         location_[i] += ((is_outside ? -least : least) - s) * piece.normal;

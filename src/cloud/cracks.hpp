@@ -77,7 +77,7 @@ class Cracks {
   struct Cut {
     double fraction = 0, sliver = 0;
   };
-  Cut cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, double spacing) const;
+  Cut cut(const CrackPiece& piece, const Vec3& a, const Vec3& b, const Vec3& metric) const;
   void find_tips();
   void reach_out_of_the_body();
   void move_points();

@@ -53,8 +53,8 @@ std::vector<double> volumes_to_scale(const Cloud& cloud, const Neighbours& neigh
   for (std::size_t p = 0; p < cloud.facets.size(); ++p) {
     const Facet& facet = cloud.facets[p];
     if (!neighbours.mirrored.empty() && neighbours.mirrored[p]) continue;
-    const double spacing = 1 / norm(quotient(facet.normal, cloud.metric[facet.point]));  // across the wall
-    volume[facet.point] -= facet.area * 0.5 * spacing / cloud.dimension;
+    const double across = spacing_along(cloud.metric[facet.point], facet.normal);
+    volume[facet.point] -= facet.area * 0.5 * across / cloud.dimension;
   }
   for (int i = 0; i < cloud.owned; ++i) volume[i] = std::max(volume[i], 0.1 * cloud.volume[i]);
   return volume;

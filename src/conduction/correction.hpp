@@ -100,8 +100,9 @@ using LineForce = std::function<double(std::int64_t steps, double distance, doub
 /// as a rod of its own, with the face between its cells as cross-section; pairs that lie across get none. The forces of
 /// a line are scaled such that those of all pairs across an interval add up to 1, and what then lacks is given to the
 /// pair of neighbours. So (L) holds to round-off, no weight is negative whatever the spacings and the grading, and
-/// nothing is left to solve. Of neighbours alone, the force is 1: the face over the distance, and (M) holds too.
-/// Collective; throws Error where points next to each other along an axis are no neighbours.
+/// nothing is left to solve. Where cells end at cracks (Cloud::whole) pairs of next rods brace them. Of neighbours
+/// alone, the force is 1: the face over the distance, and (M) holds too. Collective; throws Error where points next to
+/// each other along an axis are no neighbours.
 std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& neighbours, const LineForce& force,
                                          CorrectionReport& report);
 

@@ -155,6 +155,105 @@ void require_next(const Cloud& cloud, const Neighbours& neighbours) {
   });
 }
 
+/// The rods of a body and what ties them together.
+class Rods {
+ public:
+  Rods(const Cloud& cloud, std::vector<Line> lines)
+      : cloud_(cloud), lattice_(*cloud.lattice), lines_(std::move(lines)) {}
+
+  /// Weight of a pair on a line through the point with the numbers `at`.
+  double weight(LatticeIndex at, const OnLine& is, const Ends& ends, double distance) const {
+    double face = cloud_.cross_section;
+    for (int a = 0; a < cloud_.dimension; ++a)
+      if (a != is.axis) face *= lattice_.width(a, at[a]);
+    if (const auto [low, high] = lattice_.cell(0, at[0]); cloud_.axisymmetric && is.axis != 0)
+      face *= 0.5 * (low + high);
+    return face * lines_[is.axis].force(is.pair, ends) / distance;
+  }
+
+  /// Of the two braces of a rectangle between next points along axes a and b, the lowest of them `low`.
+  double brace(const LatticeIndex& low, int a, int b) const {
+    return std::min({share(low, a), share(moved(low, b), a), share(low, b), share(moved(low, a), b)});
+  }
+  /// What all braces take from the pair of next points `low` and the one after it along axis a.
+  double taken(const LatticeIndex& low, int a) const {
+    double sum = 0;
+    for (int b = 0; b < cloud_.dimension; ++b) {
+      if (b == a) continue;
+      if (!lattice_.lowest(low, b)) sum += brace(moved(low, b, -1), a, b);
+      if (!lattice_.highest(low, b)) sum += brace(low, a, b);
+    }
+    return sum;
+  }
+
+ private:
+  static LatticeIndex moved(LatticeIndex at, int axis, int by = 1) {
+    at[axis] += by;
+    return at;
+  }
+  /// What a pair of next points can give to every rectangle that it is a side of. A third of it makes squares of equal
+  /// spacing a scheme of fourth order, that of brick_weights.hpp.
+  double share(const LatticeIndex& low, int a) const {
+    int rectangles = 0;
+    for (int b = 0; b < cloud_.dimension; ++b)
+      if (b != a) rectangles += !lattice_.lowest(low, b) + !lattice_.highest(low, b);
+    const double distance = lattice_.coordinate(a, low[a] + 1) - lattice_.coordinate(a, low[a]);
+    return weight(low, {a, {low[a], low[a] + 1}}, {}, distance) / (3 * rectangles);
+  }
+
+  const Cloud& cloud_;
+  const Lattice& lattice_;
+  std::vector<Line> lines_;
+};
+
+/// The axes along which two points differ by one interval each, if those are two and the points no images.
+std::optional<std::pair<int, int>> across(const LatticeIndex& i, const LatticeIndex& j, int dimension) {
+  std::vector<int> axes;
+  for (int a = 0; a < dimension; ++a) {
+    if (std::abs(i[a] - j[a]) > 1) return std::nullopt;
+    if (i[a] != j[a]) axes.push_back(a);
+  }
+  if (axes.size() != 2) return std::nullopt;
+  return std::pair(axes[0], axes[1]);
+}
+
+/// Puts two braces of equal weight w into every rectangle of next points and takes w from its four sides: at every
+/// corner w (dx, dy) - w (dx, 0) - w (0, dy) = 0, so that (L) holds as before, and (M) too. A truss of rods alone is a
+/// mechanism, which carries no shear; that at the end of a crack needs it. Nothing where points do not see across.
+void add_braces(const Cloud& cloud, const Neighbours& neighbours, const Rods& rods, std::vector<double>& G) {
+  const Lattice& lattice = *cloud.lattice;
+  struct Entry {
+    std::int64_t n;
+    double change;
+  };
+  std::vector<Entry> entries;
+  std::int64_t missing = 0;  // braces
+  for (int i = 0; i < cloud.owned; ++i) {
+    const LatticeIndex at = lattice.index(cloud.id[i]);
+    std::int64_t ways = 0;
+    for (int a = 0; a < cloud.dimension; ++a)
+      for (int b = 0; b < a; ++b)
+        ways +=
+            (2 - lattice.lowest(at, a) - lattice.highest(at, a)) * (2 - lattice.lowest(at, b) - lattice.highest(at, b));
+    for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
+      if (neighbours.is_image(n)) continue;
+      const LatticeIndex to = index_of_neighbour(lattice, cloud, neighbours, n);
+      LatticeIndex low = at;
+      for (int a = 0; a < cloud.dimension; ++a) low[a] = std::min(at[a], to[a]);
+      if (const auto axes = across(at, to, cloud.dimension)) {
+        entries.push_back({n, rods.brace(low, axes->first, axes->second)});
+        --ways;
+      } else if (const auto is = on_line(lattice, cloud, neighbours, i, n);
+                 is && is->pair.second == is->pair.first + 1) {
+        entries.push_back({n, -rods.taken(low, is->axis)});
+      }
+    }
+    missing += ways;
+  }
+  if (total(cloud.comm, missing) > 0) return;
+  for (const auto& [n, change] : entries) G[n] += change;
+}
+
 }  // namespace
 
 std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& neighbours, const LineForce& force,
@@ -174,6 +273,7 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
   std::vector<Line> lines;
   for (int a = 0; a < cloud.dimension; ++a)
     lines.emplace_back(lattice, a, cloud.axisymmetric && a == 0, force, most, range[a]);
+  const Rods rods(cloud, std::move(lines));
 
   std::vector<double> G(neighbours.column.size());
   for (int i = 0; i < cloud.owned; ++i) {
@@ -185,15 +285,10 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
       ends[is.axis].high |= is.pair.second >= lattice.box().points[is.axis];
     });
     for_each_on_line(lattice, cloud, neighbours, i, [&](std::int64_t n, const OnLine& is) {
-      double face = cloud.cross_section;
-      for (int a = 0; a < cloud.dimension; ++a)
-        if (a != is.axis) face *= lattice.width(a, at[a]);
-      if (const auto [low, high] = lattice.cell(0, at[0]); cloud.axisymmetric && is.axis != 0)
-        face *= 0.5 * (low + high);
-      const double distance = std::abs(neighbours.x_ji(cloud.x, i, n)[is.axis]);
-      G[n] = face * lines[is.axis].force(is.pair, ends[is.axis]) / distance;
+      G[n] = rods.weight(at, is, ends[is.axis], std::abs(neighbours.x_ji(cloud.x, i, n)[is.axis]));
     });
   }
+  if (cloud.whole) add_braces(cloud, neighbours, rods, G);
   report = {.lattice_shortcut = true, .pairs = total(cloud.comm, static_cast<std::int64_t>(G.size()))};
   report.residual = largest_residual(cloud, neighbours, G);
   return G;
