@@ -1,17 +1,17 @@
 #include "solve/aggregation_multigrid.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <compare>
-#include <limits>
-#include <map>
+#include <cstdint>
+#include <optional>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
 #include "base/parallel.hpp"
 #include "base/petsc.hpp"
+#include "solve/aggregates.hpp"
 #include "solve/nearest_pairs.hpp"
 
 namespace calor {
@@ -24,123 +24,193 @@ using petsc::check;
 constexpr double over_correction = 1.8;
 constexpr std::int64_t coarsest = 1'000;  ///< rows that are solved directly
 constexpr double least_coarsening = 0.7;  ///< rows of a level over those of the finer one that are still worth it
-constexpr double weak = 0.25;             ///< coupling along an axis, over the strongest, that is no reason to coarsen
 
-/// The bin of a row. Points of different spacing are in bins of different width, in powers of two: their class.
-struct Bin {
-  std::array<int, 3> width = {};  ///< class along every axis
-  std::array<std::int64_t, 3> place = {};
-  auto operator<=>(const Bin&) const = default;  // NOLINT(modernize-use-nullptr): of what the compiler writes
-};
-
-/// Bins of the points themselves, about one each. Collective.
-std::vector<Bin> bins_of(const Cloud& cloud) {
-  std::vector<Bin> bins(cloud.owned);
-  for (std::size_t d = 0; d < 3; ++d) {
-    double low = std::numeric_limits<double>::infinity(), least = low;
-    for (int i = 0; i < cloud.owned; ++i) {
-      low = std::min(low, cloud.x[i][d]);
-      least = std::min(least, cloud.metric[i][d]);
-    }
-    low = min(cloud.comm, low), least = min(cloud.comm, least);
-    for (int i = 0; i < cloud.owned; ++i) {
-      const int width = static_cast<int>(std::lround(std::log2(cloud.metric[i][d] / least)));
-      bins[i].width[d] = width;
-      // Lattices start at `low`: a quarter of a bin keeps their points clear of the limits of bins.
-      bins[i].place[d] = static_cast<std::int64_t>(std::floor((cloud.x[i][d] - low) / std::ldexp(least, width) + 0.25));
-    }
-  }
-  return bins;
-}
-
-/// The rows of a matrix that this rank holds.
-class Rows {
+/// A level of the hierarchy: b and x with A x ~ b, of the owned rows.
+template <class Value>
+class Level {
  public:
-  explicit Rows(Mat matrix) : matrix_(matrix) { check(MatGetOwnershipRange(matrix, &first_, &end_)); }
-  int count() const { return end_ - first_; }
-  /// Calls visit(j, a_ij) with the columns of row i that this rank owns, numbered as the rows; returns whether there
-  /// is any entry off the diagonal at all.
-  template <class Visit>
-  bool visit(int i, const Visit& visit) const {
-    PetscInt count = 0;
-    const PetscInt* columns = nullptr;
-    const PetscScalar* values = nullptr;
-    check(MatGetRow(matrix_, first_ + i, &count, &columns, &values));
-    bool is_coupled = false;
-    for (PetscInt n = 0; n < count; ++n) {
-      if (columns[n] == first_ + i || values[n] == 0) continue;
-      is_coupled = true;
-      if (columns[n] >= first_ && columns[n] < end_) visit(columns[n] - first_, values[n]);
+  /// Takes the values of the rows; what is left of them serves for messages between ranks.
+  Level(MatrixRows rows, std::vector<std::int32_t> aggregate_of)
+      : count_(rows.count()), aggregate_of_(std::move(aggregate_of)), inverse_(count_), b_(count_), x_(rows.columns()) {
+    first_.reserve(count_ + 1), right_.reserve(count_);
+    column_.reserve(rows.entries()), value_.reserve(rows.entries());
+    first_.push_back(0);
+    for (std::int32_t i = 0; i < count_; ++i) {
+      double diagonal = 0;
+      PetscInt left = 0;
+      rows.for_each_entry(i, [&](std::int32_t j, double a) {
+        left += j < i;
+        if (j == i) return void(diagonal = a);
+        column_.push_back(j), value_.push_back(static_cast<Value>(a));
+      });
+      right_.push_back(first_.back() + left);
+      first_.push_back(static_cast<PetscInt>(column_.size()));
+      inverse_[i] = static_cast<Value>(diagonal != 0 ? 1 / diagonal : 0);
     }
-    check(MatRestoreRow(matrix_, first_ + i, &count, &columns, &values));
-    return is_coupled;
+    rows.drop_entries();
+    rows_.emplace(std::move(rows));
+  }
+
+  std::vector<Value>& b() { return b_; }
+  std::span<Value> x() { return std::span(x_).first(count_); }
+
+  /// Gauss-Seidel forwards from x = 0, within the rank.
+  void sweep_from_zero() {
+    for (std::int32_t i = 0; i < count_; ++i) x_[i] = (b_[i] - sum(first_[i], right_[i])) * inverse_[i];
+    update();
+  }
+  /// Backwards.
+  void sweep_back() {
+    update();
+    for (std::int32_t i = count_ - 1; i >= 0; --i)
+      x_[i] = (b_[i] - sum(right_[i], first_[i + 1]) - sum(first_[i], right_[i])) * inverse_[i];
+  }
+  /// b of the coarser level: b - A x added up, after sweep_from_zero, which has left nothing of the left part.
+  void restrict_to(Level& coarser) const {
+    std::ranges::fill(coarser.b_, Value(0));
+    for (std::int32_t i = 0; i < count_; ++i)
+      if (aggregate_of_[i] >= 0) coarser.b_[aggregate_of_[i]] -= sum(right_[i], first_[i + 1]);
+  }
+  void prolong_from(const Level& coarser) {
+    for (std::int32_t i = 0; i < count_; ++i)
+      if (aggregate_of_[i] >= 0) x_[i] += coarser.x_[aggregate_of_[i]];
+  }
+  /// b -= A x.
+  void take_residual() {
+    update();
+    for (std::int32_t i = 0; i < count_; ++i)
+      if (inverse_[i] != 0) b_[i] -= sum(first_[i], first_[i + 1]) + x_[i] / inverse_[i];
   }
 
  private:
-  Mat matrix_;
-  PetscInt first_ = 0, end_ = 0;
+  Value sum(PetscInt begin, PetscInt end) const {
+    Value sum = 0;
+    for (PetscInt n = begin; n < end; ++n) sum += value_[n] * x_[column_[n]];
+    return sum;
+  }
+  void update() { rows_->update(std::is_same_v<Value, float> ? MPI_FLOAT : MPI_DOUBLE, x_); }
+
+  std::int32_t count_;
+  std::vector<std::int32_t> aggregate_of_;  ///< row of the coarser level, or -1
+  std::vector<PetscInt> first_, right_;     ///< where rows begin, and their entries right of the diagonal
+  std::vector<std::int32_t> column_;
+  std::vector<Value> value_;    ///< off the diagonal
+  std::vector<Value> inverse_;  ///< of the diagonal
+  std::vector<Value> b_, x_;    ///< x with the columns of other ranks
+  std::optional<MatrixRows> rows_;
 };
 
-/// How strongly rows couple along every axis, over the strongest: sum |a_ij| (distance in bins)^2. Collective.
-Vec3 coupling(MPI_Comm comm, const Rows& rows, std::span<const Bin> bins) {
-  Vec3 sum;
-  for (int i = 0; i < rows.count(); ++i)
-    rows.visit(i, [&](int j, double a) {
-      for (std::size_t d = 0; d < 3; ++d)
-        if (bins[i].width[d] == bins[j].width[d]) {
-          const auto distance = static_cast<double>(bins[j].place[d] - bins[i].place[d]);
-          sum[d] += std::abs(a) * distance * distance;
-        }
-    });
-  const std::array<double, 3> values = {sum.x, sum.y, sum.z};
-  const std::vector<double> all = sums(comm, values, 3);
-  const double largest = std::max({all[0], all[1], all[2]});
-  return largest > 0 ? 1 / largest * Vec3{all[0], all[1], all[2]} : Vec3{};
-}
-
-/// The interpolation from aggregates, and their bins. Rows that couple to nothing belong to none: a sweep solves them.
-/// Collective.
-petsc::Matrix aggregate(MPI_Comm comm, const Rows& rows, std::vector<Bin>& bins) {
-  const Vec3 strength = coupling(comm, rows, bins);
-  // Aggregates as their rows come, then in the order of their bins.
-  std::map<Bin, PetscInt> known;
-  std::vector<PetscInt> aggregate_of(rows.count(), -1);
-  for (int i = 0, last = -1; i < rows.count(); ++i) {
-    for (std::size_t d = 0; d < 3; ++d)
-      if (strength[d] > weak) bins[i].place[d] >>= 1;
-    if (!rows.visit(i, [](int, double) {})) continue;
-    aggregate_of[i] = last >= 0 && bins[i] == bins[last]
-                          ? aggregate_of[last]
-                          : known.try_emplace(bins[i], static_cast<PetscInt>(known.size())).first->second;
-    last = i;
+/// W-cycles over all levels, x ~ A^-1 b. Single precision is enough for what only has to come near, as the iteration
+/// around it takes residuals in double precision; but not where next to nothing holds the level of the temperatures.
+template <class Value>
+class Hierarchy {
+ public:
+  Hierarchy(const Cloud& cloud, Mat matrix) {
+    std::vector<Bin> bins = bins_of(cloud);
+    MatrixRows rows(matrix);
+    weight_ = rows.diagonal();
+    while (rows.global_count() > coarsest) {
+      std::vector<Bin> coarser_bins = bins;
+      std::vector<std::int32_t> aggregate_of = aggregate(rows, coarser_bins);
+      MatrixRows coarser(rows, aggregate_of, static_cast<std::int32_t>(coarser_bins.size()), 1 / over_correction);
+      if (!(static_cast<double>(coarser.global_count()) < least_coarsening * static_cast<double>(rows.global_count())))
+        break;
+      add_weights(aggregate_of, coarser.count());
+      levels_.emplace_back(std::move(rows), std::move(aggregate_of));
+      rows = std::move(coarser), bins = std::move(coarser_bins);
+    }
+    is_direct_ = rows.global_count() <= 2 * coarsest;
+    if (is_direct_) factorise(rows);
+    levels_.emplace_back(std::move(rows), std::vector<std::int32_t>());
   }
-  std::vector<Bin> aggregates;
-  std::vector<PetscInt> place(known.size());
-  for (const auto& [bin, aggregate] : known) {
-    place[aggregate] = static_cast<PetscInt>(aggregates.size());
-    aggregates.push_back(bin);
-  }
-  for (PetscInt& aggregate : aggregate_of)
-    if (aggregate >= 0) aggregate = place[aggregate];
-  petsc::Matrix interpolation;
-  check(MatCreateAIJ(comm, rows.count(), static_cast<PetscInt>(aggregates.size()), PETSC_DETERMINE, PETSC_DETERMINE, 1,
-                     nullptr, 0, nullptr, interpolation.out()));
-  PetscInt first_row = 0, first_column = 0;
-  check(MatGetOwnershipRange(interpolation, &first_row, nullptr));
-  check(MatGetOwnershipRangeColumn(interpolation, &first_column, nullptr));
-  for (int i = 0; i < rows.count(); ++i)
-    if (aggregate_of[i] >= 0)
-      check(MatSetValue(interpolation, first_row + i, first_column + aggregate_of[i], 1, INSERT_VALUES));
-  petsc::assemble(interpolation);
-  bins = std::move(aggregates);
-  return interpolation;
-}
 
-std::int64_t rows_of(Mat matrix) {
-  PetscInt rows = 0;
-  check(MatGetSize(matrix, &rows, nullptr));
-  return rows;
-}
+  void apply(Vec x, Vec y) {
+    const petsc::View<const double> from(x);
+    std::ranges::copy(from.values(), levels_.front().b().begin());
+    cycle(0);
+    const petsc::View<double> to(y);
+    std::ranges::copy(levels_.front().x(), to.values().begin());
+  }
+
+  /// The least of x A x over x D x, D the diagonal of the finest level, or more: by inverse iteration on the coarsest,
+  /// where temperatures whose level hardly anything holds are at home. 0 where that is not solved directly. Collective.
+  double least_eigenvalue() const {
+    if (!is_direct_) return 0;
+    MPI_Comm comm = PetscObjectComm(reinterpret_cast<PetscObject>(static_cast<KSP>(solver_)));
+    const std::size_t count = weight_.size();
+    std::vector<double> x(count), b(count), products(2 * count);
+    for (std::size_t i = 0; i < count; ++i) x[i] = 1 + 0.5 * std::sin(12.9898 * static_cast<double>(i + 1));
+    double least = 0;
+    for (int n = 0; n < 5; ++n) {
+      for (std::size_t i = 0; i < count; ++i) b[i] = weight_[i] * x[i];
+      petsc::copy(b, solution_);
+      petsc::solve(solver_, solution_, solution_);
+      petsc::copy(solution_, x);
+      for (std::size_t i = 0; i < count; ++i)
+        products[2 * i] = b[i] * x[i], products[2 * i + 1] = weight_[i] * x[i] * x[i];
+      const std::vector<double> sum = sums(comm, products, 2);
+      least = sum[1] > 0 ? std::abs(sum[0] / sum[1]) : 0;
+      const double size = std::sqrt(sum[1]);
+      for (double& value : x) value /= size > 0 ? size : 1;
+    }
+    return std::isfinite(least) ? least : 0;
+  }
+
+ private:
+  void add_weights(std::span<const std::int32_t> aggregate_of, std::int32_t aggregates) {
+    std::vector<double> sum(aggregates);
+    for (std::size_t i = 0; i < aggregate_of.size(); ++i)
+      if (aggregate_of[i] >= 0) sum[aggregate_of[i]] += weight_[i];
+    weight_ = std::move(sum);
+  }
+
+  void factorise(const MatrixRows& rows) {
+    last_ = rows.assembled();
+    solution_ = petsc::create_vector(last_);
+    check(KSPCreate(rows.comm(), solver_.out()));
+    check(KSPSetOperators(solver_, last_, last_));
+    petsc::factorise(solver_, rows.global_count(), false);
+  }
+
+  void cycle(std::size_t n) {
+    Level<Value>& level = levels_[n];
+    if (n + 1 == levels_.size()) return solve(level);
+    Level<Value>& coarser = levels_[n + 1];
+    level.sweep_from_zero();
+    level.restrict_to(coarser);
+    cycle(n + 1);
+    if (n + 2 < levels_.size()) {  // twice: a W-cycle
+      const std::vector<Value> first(coarser.x().begin(), coarser.x().end());
+      coarser.take_residual();
+      cycle(n + 1);
+      for (std::size_t i = 0; i < first.size(); ++i) coarser.x()[i] += first[i];
+    }
+    level.prolong_from(coarser);
+    level.sweep_back();
+  }
+
+  void solve(Level<Value>& level) {
+    if (!is_direct_) {
+      level.sweep_from_zero();
+      level.sweep_back();
+      return;
+    }
+    {
+      const petsc::View<double> right(solution_);
+      std::ranges::copy(level.b(), right.values().begin());
+    }
+    petsc::solve(solver_, solution_, solution_);
+    const petsc::View<double> found(solution_);
+    std::ranges::copy(found.values(), level.x().begin());
+  }
+
+  std::vector<Level<Value>> levels_;  ///< from fine to coarse
+  std::vector<double> weight_;        ///< of the rows of the coarsest: sums of the diagonal of the finest
+  bool is_direct_ = false;            ///< the coarsest, by
+  petsc::Matrix last_;
+  petsc::Vector solution_;
+  petsc::LinearSolver solver_;
+};
 
 class Multigrid {
  public:
@@ -148,95 +218,23 @@ class Multigrid {
 
   /// Collective.
   void set_up(Mat matrix) {
+    constexpr double safe = 1e-6;  // some twenty times the rounding of single precision
+    single_.reset(), double_.reset();
     const bool is_thin = !is_thin_already_ && near_.set(matrix);
     Mat finest = is_thin ? near_.matrix() : matrix;
-    if (std::exchange(is_thin_, is_thin) == is_thin && cycle_)
-      renew(finest);
-    else
-      build(finest);
-    check(PCSetOperators(cycle_, finest, finest));
-    check(PCSetUp(cycle_));
+    single_.emplace(cloud_, finest);
+    if (single_->least_eigenvalue() > safe) return;
+    single_.reset();
+    double_.emplace(cloud_, finest);
   }
-  void apply(Vec x, Vec y) const { check(PCApply(cycle_, x, y)); }
+  void apply(Vec x, Vec y) { single_ ? single_->apply(x, y) : double_->apply(x, y); }
 
  private:
-  /// A coarser matrix and how values on it become those of the finer one.
-  struct Coarser {
-    petsc::Matrix interpolation, matrix;
-  };
-
-  void build(Mat finest) {
-    levels_.clear(), cycle_ = {};
-    std::vector<Bin> bins = bins_of(cloud_);
-    Mat fine = finest;
-    while (rows_of(fine) > coarsest) {
-      Coarser next;
-      next.interpolation = aggregate(cloud_.comm, Rows(fine), bins);
-      check(MatPtAP(fine, next.interpolation, MAT_INITIAL_MATRIX, PETSC_DEFAULT, next.matrix.out()));
-      check(MatScale(next.matrix, 1 / over_correction));
-      const bool is_worth_it = rows_of(next.matrix) < least_coarsening * static_cast<double>(rows_of(fine));
-      if (!is_worth_it) break;
-      levels_.push_back(std::move(next));
-      fine = levels_.back().matrix;
-    }
-    make_cycle(finest);
-  }
-
-  /// The same aggregates with the values of another matrix.
-  void renew(Mat finest) {
-    Mat fine = finest;
-    for (Coarser& level : levels_) {
-      check(MatPtAP(fine, level.interpolation, MAT_REUSE_MATRIX, PETSC_DEFAULT, level.matrix.out()));
-      check(MatScale(level.matrix, 1 / over_correction));
-      fine = level.matrix;
-    }
-  }
-
-  void make_cycle(Mat finest) {
-    check(PCCreate(cloud_.comm, cycle_.out()));
-    check(PCSetType(cycle_, PCMG));
-    const auto count = static_cast<PetscInt>(levels_.size()) + 1;
-    check(PCMGSetLevels(cycle_, count, nullptr));
-    check(PCMGSetCycleType(cycle_, PC_MG_CYCLE_W));
-    check(PCMGSetDistinctSmoothUp(cycle_));
-    for (PetscInt n = 0; n < count - 1; ++n) {  // n = 0: the finest; PETSc counts from the coarsest
-      const PetscInt level = count - 1 - n;
-      Mat matrix = n == 0 ? finest : static_cast<Mat>(levels_[n - 1].matrix);
-      check(PCMGSetInterpolation(cycle_, level, levels_[n].interpolation));
-      KSP before = nullptr, after = nullptr;
-      check(PCMGGetSmootherDown(cycle_, level, &before));
-      check(PCMGGetSmootherUp(cycle_, level, &after));
-      one_sweep(before, matrix, SOR_LOCAL_FORWARD_SWEEP);
-      one_sweep(after, matrix, SOR_LOCAL_BACKWARD_SWEEP);
-    }
-    KSP solver = nullptr;
-    check(PCMGGetCoarseSolve(cycle_, &solver));
-    Mat last = levels_.empty() ? finest : static_cast<Mat>(levels_.back().matrix);
-    check(KSPSetOperators(solver, last, last));
-    if (rows_of(last) <= 2 * coarsest) {
-      petsc::factorise(solver, rows_of(last), false);
-    } else {
-      one_sweep(solver, last, SOR_LOCAL_SYMMETRIC_SWEEP);
-    }
-  }
-
-  static void one_sweep(KSP smoother, Mat matrix, MatSORType type) {
-    check(KSPSetOperators(smoother, matrix, matrix));
-    check(KSPSetType(smoother, KSPRICHARDSON));
-    check(KSPSetTolerances(smoother, PETSC_DEFAULT, PETSC_DEFAULT, PETSC_DEFAULT, 1));
-    check(KSPSetNormType(smoother, KSP_NORM_NONE));
-    PC sweep = nullptr;
-    check(KSPGetPC(smoother, &sweep));
-    check(PCSetType(sweep, PCSOR));
-    check(PCSORSetSymmetric(sweep, type));
-  }
-
   const Cloud& cloud_;
   bool is_thin_already_;
   NearestPairs near_;
-  bool is_thin_ = false;         ///< the finest level is that of the nearest pairs
-  std::vector<Coarser> levels_;  ///< from fine to coarse
-  petsc::Handle<PC, PCDestroy> cycle_;
+  std::optional<Hierarchy<float>> single_;
+  std::optional<Hierarchy<double>> double_;  ///< the one or the other
 };
 
 Multigrid& multigrid_of(PC preconditioner) {

@@ -11,7 +11,8 @@ namespace calor {
 /// aggregates of a level are the points in bins twice as wide as those of the level before, along the axes along which
 /// they are coupled strongly; the coarse matrix is that of temperatures equal within aggregates. A W-cycle with one
 /// sweep of Gauss-Seidel forwards before and one backwards after the coarse correction, hence symmetric. Bins do not
-/// reach from rank to rank; the coarsest level is solved directly. Matrices of many neighbours are thinned first (see
+/// reach from rank to rank; the coarsest level is solved directly, in double precision, the others in single precision
+/// unless hardly anything holds the level of the temperatures. Matrices of many neighbours are thinned first (see
 /// NearestPairs), unless they are thin already. The cloud must outlive the preconditioner.
 void use_aggregation_multigrid(PC preconditioner, const Cloud& cloud, bool is_thin);
 
