@@ -25,8 +25,8 @@ class CellIntegrals {
   /// Integral of f over the cell of every owned point: unit of f times m^3.
   std::vector<double> over_cells(const Integrand& f) const;
   /// f at every owned point, but its mean over the cell where it jumps in the cell, or between the point and the places
-  /// of its cell, as beside curved walls; where the point lies on a jump at the edge of its cell, the value on the inner
-  /// side.
+  /// of its cell, as beside curved walls; where the point lies on a jump at the edge of its cell, the value on the
+  /// inner side.
   std::vector<double> values(const Integrand& f) const;
 
   /// Places and weights (m^3, with the sum of the cell's volume) for all owned points, split where f jumps, so that
