@@ -88,13 +88,14 @@ Support support_of(const Case& c) {
 /// An unjittered lattice of one spacing along every axis, and of one thickness.
 bool is_regular(const Cloud& cloud) { return cloud.lattice && !cloud.lattice->graded() && !cloud.axisymmetric; }
 
-/// Refuses schemes whose waves grow; returns a note where circles bias the diffusivity.
-std::vector<std::string> check_stability(const Table& table, const Cloud& cloud, const MlpgOptions& o,
-                                         const FaceConduction& conduction, bool transient, MethodReport& report) {
+struct Stability {
+  std::string unstable = {};            ///< why waves grow; empty: they do not
+  std::vector<std::string> notes = {};  ///< where circles bias the diffusivity
+};
+
+Stability stability_of(const Table& table, const Cloud& cloud, const MlpgOptions& o, const FaceConduction& conduction,
+                       bool transient, MethodReport& report) {
   const bool spheres = o.subdomain == MlpgSubdomain::sphere;
-  constexpr const char* cure =
-      "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the linear "
-      "basis, or flux = \"edge-stabilised\"";
   if (is_regular(cloud) && o.support.neighbours == 0 && !o.anisotropy) {
     const bool one_point = o.capacity == MlpgCapacity::one_point;
     const auto cell =
@@ -104,16 +105,14 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
     report["least_rate_symbol"] = symbols.least_rate;
     report["kappa"] = symbols.kappa;
     if (transient && !symbols.stable())
-      table.refuse("support",
-                   fmt::format("the scheme is unstable: inside the lattice, waves have a heat capacity down to {:.2g} "
-                               "of the cell's and rates of decay down to {:.3g} diffusivity / spacing^2",
-                               symbols.least_capacity, symbols.least_rate),
-                   cure);
+      return {.unstable = fmt::format("inside the lattice, waves have a heat capacity down to {:.2g} of the cell's and "
+                                      "rates of decay down to {:.3g} diffusivity / spacing^2",
+                                      symbols.least_capacity, symbols.least_rate)};
     if (!spheres || std::abs(symbols.kappa - 1) <= 1e-3) return {};
-    return {fmt::format(
-        "{}: circles of radius {:g} with support {:g} conduct as if the diffusivity were {:.4f} of what it is, however "
-        "fine the cloud; subdomain = \"tiles\" has no such error",
-        table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)};
+    return {.notes = {fmt::format(
+                "{}: circles of radius {:g} with support {:g} conduct as if the diffusivity were {:.4f} of what it is, "
+                "however fine the cloud; subdomain = \"tiles\" has no such error",
+                table.location("subdomain").text(), o.radius, o.support.spacings, symbols.kappa)}};
   }
   const bool always_stable = o.mls.degree == 1 && cloud.dimension < 3 && !cloud.axisymmetric &&
                              o.support.neighbours == 0 && o.support.spacings <= 2.8 && !spheres && !o.anisotropy;
@@ -122,16 +121,13 @@ std::vector<std::string> check_stability(const Table& table, const Cloud& cloud,
       cloud, conduction,
       o.anisotropy ? std::max({o.anisotropy->factors.x, o.anisotropy->factors.y, o.anisotropy->factors.z}) : 1);
   report["start_up_growth"] = growth;
-  if (growth > 1.02)
-    table.refuse("support",
-                 std::isinf(growth)
-                     ? "the scheme is unstable: random temperatures blow up within 60 steps of a tenth of spacing^2 / "
-                       "diffusivity"
-                     : fmt::format("the scheme is unstable: random temperatures grow by a factor of {:.3g} in 20 steps "
-                                   "of a tenth of spacing^2 / diffusivity",
-                                   growth),
-                 cure);
-  return {};
+  if (growth <= 1.02) return {};
+  return {.unstable =
+              std::isinf(growth)
+                  ? "random temperatures blow up within 60 steps of a tenth of spacing^2 / diffusivity"
+                  : fmt::format("random temperatures grow by a factor of {:.3g} in 20 steps of a tenth of spacing^2 / "
+                                "diffusivity",
+                                growth)};
 }
 
 /// The scheme as a discretisation.
@@ -302,14 +298,25 @@ Discretisation build(const Case& c, const Cloud& cloud, const Conditions& condit
   report["enlarged_supports"] = static_cast<double>(done.supports.enlarged);
   report["largest_support"] = done.supports.largest;
   if (o.flux == MlpgFlux::edge_stabilised) return nodal_discretisation(cloud, conditions, std::move(scheme.conduction));
-  auto notes = check_stability(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
+  Stability stability = stability_of(table, cloud, o, *scheme.conduction, c.root().has("time"), report);
+  if (!stability.unstable.empty() && !table.keys().empty())
+    table.refuse("support", "the scheme is unstable: " + stability.unstable,
+                 "take a smaller support (1.6 in three dimensions on lattices, 1.8 on other clouds; 2.3 in two), the "
+                 "linear basis, or flux = \"edge-stabilised\"");
+  if (!stability.unstable.empty()) {
+    o.flux = MlpgFlux::edge_stabilised;
+    Discretisation stable = nodal_discretisation(
+        cloud, conditions, std::move(mlpg_scheme(cloud, o, done, conditions.temperatures).conduction));
+    stable.notes.push_back("mlpg takes flux = \"edge-stabilised\": by parameters " + stability.unstable);
+    return stable;
+  }
   Discretisation discretisation = parameter_discretisation(cloud, conditions, std::move(scheme));
   if (steepest > steep)
-    notes.push_back(
+    stability.notes.push_back(
         fmt::format("{}: the conductivity changes by a factor of {:.3g} within a tenth of the range of temperatures; "
                     "those of parameters have no kinks, and may err much there: take flux = \"edge-stabilised\"",
                     table.location("").text(), steepest));
-  discretisation.notes = std::move(notes);
+  discretisation.notes = std::move(stability.notes);
   return discretisation;
 }
 
