@@ -7,6 +7,7 @@
 #include <iterator>
 #include <limits>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <utility>
 
@@ -181,6 +182,7 @@ void add_tags(PartsOfBody parts, Surface interfaces, Points& out) {
 /// rest of the parts becomes its images; refuses parts that are not so already but for the facets.
 struct Symmetry {
   std::vector<MirrorPlane> planes;
+  std::vector<FaceImages> faces;  ///< by plane
   std::vector<Surface> wedges;
 };
 
@@ -197,9 +199,10 @@ MirrorPlane plane_across(const Table& cloud, const std::string& name, const Part
     for (const Vec3& x : solid.vertices)
       if (!tree.closest(plane.image(x), alike))
         cloud.refuse("symmetry",
-                     fmt::format("the body is not its own image in the plane {} = {:.6g} m: ({:.6g}, {:.6g}, {:.6g}) m "
+                     fmt::format("{} not its own image in the plane {} = {:.6g} m: ({:.6g}, {:.6g}, {:.6g}) m "
                                  "lies on its surface, but the image of it does not",
-                                 name, plane.at, x.x, x.y, x.z),
+                                 parts.solids.size() == 1 ? "the body is" : "a part of the body is", name, plane.at,
+                                 x.x, x.y, x.z),
                      "leave the axis out");
   }
   return plane;
@@ -214,10 +217,14 @@ std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, d
     if (std::ranges::count(out.planes, out.planes.back().axis, &MirrorPlane::axis) > 1)
       cloud.refuse("symmetry", fmt::format("the axis {} comes twice", name), "leave one of them out");
   }
+  for (const MirrorPlane& plane : out.planes)
+    for (const Surface& solid : parts.solids)
+      add_face_images(solid, plane, alike * spacing,
+                      &solid == parts.solids.data() ? out.faces.emplace_back() : out.faces.back());
   for (Surface& solid : parts.solids) {
     for (const MirrorPlane& plane : out.planes) solid = upper_half(solid, plane);
     out.wedges.push_back(solid);
-    for (const MirrorPlane& plane : out.planes) solid = with_image(solid, plane);
+    for (std::size_t n = 0; n < out.planes.size(); ++n) solid = with_image(solid, out.planes[n], out.faces[n]);
   }
   return out;
 }
@@ -233,12 +240,22 @@ MeasuredPoints made_points(MPI_Comm comm, const Body& body, const SpacingField& 
 MeasuredPoints symmetric_points(MPI_Comm comm, const Body& body, const Symmetry& symmetry, const SpacingField& spacing,
                                 std::uint64_t seed, Cache* cache) {
   const Body wedge(assemble(symmetry.wedges));
-  const std::vector<std::string>&faces = wedge.surface().faces, &of_body = body.surface().faces;
-  const auto cut = static_cast<int>(std::ranges::find(faces, cut_face) - faces.begin());
+  // Faces by their numbers in the body; that of the cuts, which it does not have, is the last.
+  std::vector<std::string> faces = body.surface().faces;
+  const auto cut = static_cast<int>(faces.size());
+  faces.emplace_back(cut_face);
+  const auto number = [&](const std::string& name) {
+    return static_cast<int>(std::ranges::find(faces, name) - faces.begin());
+  };
   MeasuredPoints out = made_points(comm, wedge, spacing, seed, cache);
-  for (const MirrorPlane& plane : symmetry.planes) out = with_images(out, plane, cut);
-  for (MeasuredPoints::Piece& piece : out.pieces)
-    piece.face = static_cast<int>(std::ranges::find(of_body, faces[piece.face]) - of_body.begin());
+  for (MeasuredPoints::Piece& piece : out.pieces) piece.face = number(wedge.surface().faces[piece.face]);
+  for (std::size_t n = 0; n < symmetry.planes.size(); ++n) {
+    std::vector<int> image(faces.size());
+    std::iota(image.begin(), image.end(), 0);
+    for (const auto& [above, below] : symmetry.faces[n])
+      if (std::max(number(above), number(below)) < cut) image[number(above)] = number(below);  // not inside the body
+    out = with_images(out, symmetry.planes[n], cut, image);
+  }
   return out;
 }
 

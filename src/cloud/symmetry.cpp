@@ -1,12 +1,16 @@
 #include "cloud/symmetry.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "base/error.hpp"
 #include "cloud/cells.hpp"
 #include "surface/combine.hpp"
 #include "surface/outline.hpp"
+#include "surface/surface_tree.hpp"
 
 namespace calor {
 namespace {
@@ -30,6 +34,14 @@ Surface box_above(const Surface& surface, const MirrorPlane& plane) {
   return out;
 }
 
+/// Of a name, which is added if it is new.
+int face_number(const std::string& name, std::vector<std::string>& faces) {
+  const auto found = std::ranges::find(faces, name);
+  const auto number = static_cast<int>(found - faces.begin());
+  if (found == faces.end()) faces.push_back(name);
+  return number;
+}
+
 }  // namespace
 
 Surface upper_half(const Surface& surface, const MirrorPlane& plane) {
@@ -41,7 +53,23 @@ Surface upper_half(const Surface& surface, const MirrorPlane& plane) {
   return intersection(surface, box_above(surface, plane));
 }
 
-Surface with_image(const Surface& half, const MirrorPlane& plane) {
+void add_face_images(const Surface& whole, const MirrorPlane& plane, double alike, FaceImages& images) {
+  const SurfaceTree tree(whole);
+  for (int n = 0; n < static_cast<int>(whole.facets.size()); ++n) {
+    const Vec3 x = whole.centroid(n);
+    const auto closest = tree.closest(plane.image(x), alike);
+    if (!closest) continue;
+    std::string above = whole.faces[whole.facets[n].face], below = whole.faces[whole.facets[closest->facet].face];
+    if (x[plane.axis] < plane.at) std::swap(above, below);
+    const auto [known, is_new] = images.try_emplace(above, below);
+    if (!is_new && known->second != below)
+      throw Error(Fault::bad_case,
+                  fmt::format("the image of face '{}' has two names, '{}' and '{}'", above, known->second, below),
+                  "give both one name, or leave the axis out of 'symmetry'");
+  }
+}
+
+Surface with_image(const Surface& half, const MirrorPlane& plane, const FaceImages& images) {
   Surface out = half;
   const auto cut = std::ranges::find(out.faces, cut_face) - out.faces.begin();
   std::erase_if(out.facets, [&](const Surface::Triangle& f) { return f.face == cut; });
@@ -54,6 +82,8 @@ Surface with_image(const Surface& half, const MirrorPlane& plane) {
     Surface::Triangle f = out.facets[n];
     for (int k = 0; k < out.dimension; ++k) f.vertex[k] += count;
     std::swap(f.vertex[0], f.vertex[1]);
+    const auto image = images.find(out.faces[f.face]);
+    if (image != images.end()) f.face = face_number(image->second, out.faces);
     out.facets.push_back(f);
   }
   const Bounds box = bounds_of(out.vertices);
@@ -61,7 +91,8 @@ Surface with_image(const Surface& half, const MirrorPlane& plane) {
   return out;
 }
 
-MeasuredPoints with_images(const MeasuredPoints& half, const MirrorPlane& plane, int cut) {
+MeasuredPoints with_images(const MeasuredPoints& half, const MirrorPlane& plane, int cut,
+                           std::span<const int> image_of_face) {
   constexpr double on = 1e-6, smooth = 0.866;  // in spacings; cosine of 30 degrees
   MeasuredPoints out = half;
   out.pieces.clear();
@@ -84,10 +115,12 @@ MeasuredPoints with_images(const MeasuredPoints& half, const MirrorPlane& plane,
     MeasuredPoints::Piece other = piece;
     other.point = image[piece.point];
     other.vector = plane.image_of_direction(piece.vector);
+    other.face = image_of_face[piece.face];
     if (other.point != piece.point) {
       out.pieces.push_back(piece);
       images.push_back(other);
-    } else if (dot(piece.vector, other.vector) > smooth * dot(piece.vector, piece.vector)) {  // one piece across it
+    } else if (other.face == piece.face &&
+               dot(piece.vector, other.vector) > smooth * dot(piece.vector, piece.vector)) {  // one piece across it
       out.pieces.push_back({piece.point, piece.face, 2 * piece.area, piece.vector + other.vector});
     } else {
       out.pieces.push_back(piece);

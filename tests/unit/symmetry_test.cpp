@@ -58,6 +58,22 @@ TEST(SymmetryParallel, PointsHaveImagesWithTheSameTemperature) {
   }
 }
 
+TEST(SymmetryParallel, FacesThatLieOppositeStayTwo) {
+  // T = 300 K + 1000 K/m x between xmin and xmax, which are images of each other; 1e-4 m^2 each.
+  for (const char* axes : some_axes) {
+    const std::string text = std::string("title = \"a block\"\nmethod = \"sph\"\n[cloud]\nshape = \"surface\"\n") +
+                             "spacing = \"2 mm\"\nsymmetry = " + axes +
+                             "\npart = [{ shape = \"box\", size = [\"20 mm\", \"10 mm\", \"10 mm\"] }]\n" +
+                             simple_material({.k = "2"}) +
+                             "[boundary.xmin]\ntemperature = \"300 K\"\n[boundary.hot]\non = \"xmax\"\nflux = \"2 "
+                             "kW/m^2\"\n[steady]\ntolerance = 1e-13\n";
+    const CaseModel model(text, MPI_COMM_WORLD);
+    const Found found = solved(model, MPI_COMM_WORLD);
+    for (std::size_t i = 0; i < found.x.size(); ++i) EXPECT_NEAR(found.T[i], 300 + 1000 * found.x[i].x, 1e-8) << axes;
+    EXPECT_NEAR(model.system().conditions().areas.at(1), 1e-4, 1e-16) << axes;
+  }
+}
+
 TEST(SymmetryParallel, AHalfAQuarterAndAnEighthGiveTheWholeBodysAnswer) {
   // T = (a / r) (b - r) / (b - a) between the radii a and b; its range is 1 K, on two or three points across the wall.
   constexpr double a = 3e-3, b = 6e-3;
