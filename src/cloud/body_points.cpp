@@ -1,6 +1,7 @@
 #include "cloud/body_points.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -106,14 +107,14 @@ class Placer {
   BodyPoints take() { return std::move(out_); }
 
  private:
-  /// Adds a point of a corner or line, which lies on the patches of some facets. Where another of one of them is near,
-  /// that one lies on all these patches.
+  /// Adds a point of a corner or line, which lies on the patches of some facets. Where another of one of them is near
+  /// and no void between them, that one lies on all these patches.
   void add_to_line(const Vec3& x, const std::vector<int>& facets) {
     const double d = spacing_.at(x);
     int near = -1;
     double least = merged * d * merged * d;
     out_.grid.for_each_within(x, merged, [&](int j, double square) {
-      if (square < least && are_beside(j, facets)) least = square, near = j;
+      if (square < least && are_beside(j, facets) && are_connected(x, out_.grid.x(j), d)) least = square, near = j;
     });
     if (near < 0) near = add(x, d);
     for (const int f : facets) put_on(near, f);
@@ -125,6 +126,14 @@ class Placer {
       return std::ranges::any_of(out_.on[point], [&](const BodyPoints::OnPatch& on) {
         return on.patch == features_.patch[f] && dot(on.normal, features_.normal[f]) > 0;
       });
+    });
+  }
+
+  /// Does the straight way between two places on walls run through the body? One patch may lie on both sides of a slot.
+  /// A void less deep than points that merge are apart is a detail that they lose.
+  bool are_connected(const Vec3& a, const Vec3& b, double spacing) const {
+    return std::ranges::any_of(std::array{Body::skin, merged}, [&](double depth) {
+      return body_.sees(body_.moved_inside(a, depth * spacing), body_.moved_inside(b, depth * spacing));
     });
   }
 

@@ -9,6 +9,7 @@
 #include "cloud/body_points.hpp"
 #include "cloud/shapes.hpp"
 #include "method_clouds.hpp"
+#include "surface/combine.hpp"
 
 namespace calor {
 namespace {
@@ -135,6 +136,33 @@ TEST(BodyCloud, HasWeightsThatReproduceLinearFields) {
     EXPECT_LE(w.report.residual, 1e-11) << body.name;
     EXPECT_EQ(w.report.negative, 0) << body.name;
   }
+}
+
+TEST(BodyCloud, HasPointsOnTheEdgesOfBothWallsOfASlotFarNarrowerThanTheSpacing) {
+  // The top and the bottom of the plate are patches that lie on both sides of the slot.
+  const Surface plate = prism({{0, 0, 0}, {2, 0, 0}, {2, 2, 0}, {0, 2, 0}}, 1);
+  for (const double width : {0.04, 0.002}) {
+    Surface kerf = prism({{0.9, -0.1, 0}, {0.9 + width, -0.1, 0}, {0.9 + width, 1.1, 0}, {0.9, 1.1, 0}}, 2);
+    for (Vec3& x : kerf.vertices) x.z -= 0.5;
+    const Points points = make_body(MPI_COMM_SELF, assemble({difference(plate, kerf)}), uniform(0.2), 1, 1);
+    const auto on_edge = [&](double x, double z) {
+      return std::ranges::count_if(points.points, [&](const Point& p) {
+        return std::abs(p.x.x - x) < 1e-9 && std::abs(p.x.z - z) < 1e-9 && p.x.y < 1;
+      });
+    };
+    for (const double z : {0, 1})
+      for (const double x : {0.9, 0.9 + width}) EXPECT_GE(on_edge(x, z), 5) << x << ", " << z;
+  }
+}
+
+TEST(BodyCloud, LosesDetailsOfEdgesThatAreSmallAndShallowAgainstTheSpacing) {
+  // Notches of 0.25 spacings, 0.4 spacings apart.
+  std::vector<Vec3> base = {{0, 0, 0}, {1, 0, 0}};
+  for (int n = 50; n >= 0; --n) base.push_back({0.02 * n, n % 2 == 0 ? 1.5 : 1.475, 0});
+  const Points points = make_body(MPI_COMM_SELF, assemble({prism(base, 0.4)}), uniform(0.1), 1, 1);
+  for (const Point& p : points.points)
+    for (const Point& q : points.points)
+      if (p.id < q.id) EXPECT_GT(norm(p.x - q.x), 0.03);
 }
 
 TEST(BodyCloud, TellsOfGapsBetweenPartsButNotOfFacesFlushWithEachOther) {
