@@ -245,7 +245,7 @@ Model build_model(const Case& c, MPI_Comm comm, Phases& phases) {
 
   Discretisation discretisation;
   std::vector<MaterialField> materials;
-  materials.emplace_back(c, *m.cloud, m.range);
+  phases.measure("materials", [&] { materials.emplace_back(c, *m.cloud, m.range); });
   std::ranges::copy(notes_on_covered_parts(*m.cloud, materials.front()), std::back_inserter(m.notes));
   const Probes probes(c, *m.cloud);  // refuses what does not fit, before the weights take their time
   located(cloud_location, [&] {

@@ -195,7 +195,8 @@ void BoxRule::find_on_line(int axis, Vec3 place, std::span<const double> s, std:
   }
 }
 
-/// Does a jump that one line alone saw lie at the same coordinate a little towards the middle of the box?
+/// Does the jump lie at the same coordinate a little aside, too? Lines on either side of the middle of a sphere see its
+/// surface at one coordinate although it is no plane.
 bool BoxRule::is_parallel(int axis, const Box& box, const Jump& jump) {
   Vec3 a = jump.place, b = a;
   a[axis] = jump.a, b[axis] = jump.b;
@@ -203,20 +204,21 @@ bool BoxRule::is_parallel(int axis, const Box& box, const Jump& jump) {
   for (int k = 0; k < dimension_; ++k) {
     const int other = axes_[k];
     if (other == axis) continue;
-    const double middle = 0.5 * (box.low[other] + box.high[other]);
-    a[other] = b[other] = a[other] + 1e-3 * (middle - a[other]);
+    const double half = 0.5 * (box.high[other] - box.low[other]);
+    a[other] = b[other] = a[other] + 1e-3 * (a[other] < box.low[other] + half ? half : -half);
   }
   return std::abs(value(b) - value(a)) > 0.5 * step;
 }
 
-/// Coordinates at which the box is to be split: where lines agree on a jump.
-std::vector<double> BoxRule::planes(int axis, const Box& box, const std::vector<Jump>& jumps, std::size_t lines) {
+/// Coordinates at which the box is to be split: where jumps lie on planes.
+std::vector<double> BoxRule::planes(int axis, const Box& box, const std::vector<Jump>& jumps) {
   std::vector<double> planes;
   const double width = box.high[axis] - box.low[axis], tolerance = 2e-5 * width;
   for (std::size_t k = 0; k < jumps.size();) {
     std::size_t end = k + 1;
     while (end < jumps.size() && jumps[end].at() - jumps[k].at() < tolerance) ++end;
-    if (end - k >= std::min<std::size_t>(2, lines) || is_parallel(axis, box, jumps[k])) {
+    if (std::any_of(jumps.begin() + k, jumps.begin() + end,
+                    [&](const Jump& jump) { return is_parallel(axis, box, jump); })) {
       Vec3 a = jumps[k].place, b = a;
       a[axis] = jumps[k].a, b[axis] = jumps[k].b;
       const auto jump = locate(axis, a, a[axis], b[axis], value(a), value(b), exact);
@@ -260,7 +262,7 @@ void BoxRule::add_with_jumps(const Box& box, int depth, Places& out) {
     std::ranges::sort(jumps, {}, &Jump::at);
     jumps_anywhere = jumps_anywhere || !jumps.empty();
     const int a = axes_[k];
-    if (depth < most_splits) cuts[k] = planes(a, box, jumps, count / m);
+    if (depth < most_splits) cuts[k] = planes(a, box, jumps);
     is_split = is_split || !cuts[k].empty();
     cuts[k].insert(cuts[k].begin(), box.low[a]);
     cuts[k].push_back(box.high[a]);

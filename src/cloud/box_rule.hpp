@@ -26,8 +26,8 @@ class BoxRule {
 
   /// Appends the places of a box; axes along which it has no length are left out. Without an integrand: Gauss points
   /// for smooth functions. A smooth integrand has Gauss points, of halves where two rules disagree. One that jumps is
-  /// looked at on a grid: jumps that lie at one coordinate on several lines of the grid split the box there, to
-  /// round-off; other ones are found on every line of a nested integration. Does it jump?
+  /// looked at on a grid: jumps that lie on a plane across an axis split the box there, to round-off; other ones are
+  /// found on every line of a nested integration. Does it jump?
   bool add(const Vec3& low, const Vec3& high, Places& out);
 
  private:
@@ -53,7 +53,7 @@ class BoxRule {
                     std::vector<Jump>& found);
   std::optional<Jump> locate(int axis, const Vec3& place, double a, double b, double fa, double fb, int halvings);
   bool is_parallel(int axis, const Box& box, const Jump& jump);
-  std::vector<double> planes(int axis, const Box& box, const std::vector<Jump>& jumps, std::size_t lines);
+  std::vector<double> planes(int axis, const Box& box, const std::vector<Jump>& jumps);
 
   const Integrand& f_;
   int dimension_ = 0;

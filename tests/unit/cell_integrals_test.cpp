@@ -98,6 +98,20 @@ TEST(CellIntegrals, GiveDiscsAndSpheresTheirMeasureToAThousandth) {
   }
 }
 
+TEST(CellIntegrals, LookAtASphereAmidTheCellsNoMoreOftenThanAtOneAnywhere) {
+  // Lines of a grid on either side of its middle see the surface at one coordinate: that makes no plane of it.
+  const Cloud cloud = unit_box(3, true);
+  const double radius = 0.35, volume = 4 * pi / 3 * std::pow(radius, 3);
+  std::vector<double> asked;
+  for (const Vec3& centre : {Vec3{0.5, 0.5, 0.5}, Vec3{0.47, 0.51, 0.52}}) {
+    double count = 0;
+    const auto is_in = [&](const Vec3& x) { return ++count, norm(x - centre) < radius; };
+    EXPECT_NEAR(total(CellIntegrals(cloud).over_cells(integrand(is_in))), volume, 1e-3 * volume);
+    asked.push_back(count);
+  }
+  EXPECT_LT(asked[0], 1.5 * asked[1]);
+}
+
 TEST(CellIntegrals, AreExactForAHalfPlaneAtAnyAngle) {
   const Cloud cloud = unit_box(2, true);
   const CellIntegrals integrals(cloud);
