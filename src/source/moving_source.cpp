@@ -184,20 +184,39 @@ class MovingSource final : public Source {
     }
   }
 
+  /// Of places: each coordinate turned by its sign, then shifted.
+  struct Image {
+    Vec3 sign, shift;
+    Vec3 of(const Vec3& x) const { return product(sign, x) + shift; }
+  };
+  std::vector<Image> all_images(const PosedProfile& placed, bool images) const {
+    std::vector<Image> all;
+    Image image;
+    const auto add_along = [&](int axis, const auto& next) {
+      for_each_image(placed, axis, images, [&](double sign, double shift) {
+        image.sign[axis] = sign, image.shift[axis] = shift;
+        next();
+      });
+    };
+    add_along(0, [&] { add_along(1, [&] { add_along(2, [&] { all.push_back(image); }); }); });
+    return all;
+  }
+
   void fill_samples(const PosedProfile& placed, bool images) {
     // A column has the same density along its axis, over the length of the body.
     const double scale = 1 / cloud_.cross_section / (cloud_.dimension == 3 && profile_.depth.is_even() ? extent_ : 1);
-    constexpr double sampled = 0.6;  // of the reach: 5 sigma; samples do not tell what lies beyond
+    constexpr double around = 1.5;  // spacings: how far samples lie from their point
+    const std::vector<Image> all = all_images(placed, images);
+    std::vector<Image> near;
     for (int i = 0; i < cloud_.owned; ++i) {
-      bool is_far = false;
-      for (int axis = 0; axis < cloud_.dimension; ++axis)
-        is_far = is_far || (placed.varies(axis) && std::abs(cloud_.x[i][axis] - placed.location()[axis]) >
-                                                       sampled * placed.reach(axis) + 1.5 * cloud_.spacing[i]);
-      if (is_far) continue;
+      near.clear();
+      for (const Image& image : all)
+        if (!placed.is_far(image.of(cloud_.x[i]), around * cloud_.spacing[i])) near.push_back(image);
+      if (near.empty()) continue;
       const auto [begin, end] = samples_of(i);
       const CellSamples& samples = subdomains_ ? *subdomains_ : samples_;
       double share = 0;
-      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], images);
+      for (auto s = begin; s < end; ++s) share += samples.weight[s] * scale * density(placed, samples.x[s], near);
       if (share == 0) continue;
       point_.push_back(i);
       share_.push_back(share);
@@ -222,9 +241,10 @@ class MovingSource final : public Source {
   }
 
   void fill_facets(const PosedProfile& placed, bool images) {
+    const std::vector<Image> all = all_images(placed, images);
     for (const Facet& facet : cloud_.facets) {
       if (facet.face != *profile_.face) continue;
-      const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], images);
+      const double share = facet.area / cloud_.cross_section * density(placed, cloud_.x[facet.point], all);
       if (share == 0) continue;
       point_.push_back(facet.point);
       share_.push_back(share);
@@ -236,38 +256,18 @@ class MovingSource final : public Source {
     const Foot foot = foot_on_face(cloud_, *profile_.face, placed.location());
     for (const Facet& facet : cloud_.facets) {
       if (facet.face != *profile_.face || dot(facet.normal, foot.normal) <= 0) continue;
-      double density = profile_.along.density(norm(place_on_wall(cloud_, facet) - foot.x));
+      const double distance = norm(place_on_wall(cloud_, facet) - foot.x);
+      double density = profile_.along.peak(distance) * std::exp(-profile_.along.fall(distance));
       if (density == 0) continue;
-      if (cloud_.dimension > 2) density *= profile_.across.density(0);
+      if (cloud_.dimension > 2) density *= profile_.across.peak(0);
       point_.push_back(facet.point);
       share_.push_back(facet.area / cloud_.cross_section * density);
     }
   }
 
-  double density(const PosedProfile& placed, const Vec3& x, bool images) const {
-    if (placed.is_product()) {
-      double product = 1;
-      for (int axis = 0; axis < cloud_.dimension && product > 0; ++axis) {
-        if (!placed.varies(axis)) continue;
-        double density = 0;
-        for_each_image(placed, axis, images,
-                       [&](double sign, double shift) { density += placed.density(axis, sign * x[axis] + shift); });
-        product *= density;
-      }
-      return product;
-    }
+  static double density(const PosedProfile& placed, const Vec3& x, std::span<const Image> images) {
     double density = 0;
-    Vec3 image;
-    for_each_image(placed, 0, images, [&](double sign, double shift) {
-      image.x = sign * x.x + shift;
-      for_each_image(placed, 1, images, [&](double sign, double shift) {
-        image.y = sign * x.y + shift;
-        for_each_image(placed, 2, images, [&](double sign, double shift) {
-          image.z = sign * x.z + shift;
-          density += placed.density(image);
-        });
-      });
-    });
+    for (const Image& image : images) density += placed.density(image.of(x));
     return density;
   }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <span>
 
 #include "base/vec3.hpp"
 #include "source/path.hpp"
@@ -20,8 +21,13 @@ class PosedProfile {
     // Motion along the normal, as over a curved face, does not tilt the source.
     along_ = pose.direction - dot(pose.direction, normal) * normal;
     if (norm(along_) < 1e-6) along_ = Vec3{}, along_[(profile.axis + 1) % 3] = 1;
+    if (profile.is_round) along_ = Vec3{}, along_[profile.axis == 0 ? 1 : 0] = 1;
     along_ *= 1 / norm(along_);
-    across_ = cross(normal, along_);
+    const Vec3 across = cross(normal, along_);
+    const bool is_deep = !profile.depth.is_even() && !profile.face;
+    if (is_in_body(along_)) factors_[count_++] = {along_, &profile.along};
+    if (is_in_body(across)) factors_[count_++] = {across, &profile.across};
+    if (is_deep && is_in_body(normal)) factors_[count_++] = {normal, &profile.depth};
   }
 
   /// Is the density a product over the axes of the coordinates?
@@ -40,16 +46,23 @@ class PosedProfile {
     return profile_.is_round || std::abs(along_[axis]) > 0.5 ? profile_.along : profile_.across;
   }
 
-  /// One factor of the product, 1/m.
-  double density(int axis, double x) const { return factor(axis).density(factor_sign(axis) * (x - x0_[axis])); }
   /// Per m^d; `even` profiles count as 1.
   double density(const Vec3& x) const {
-    const Vec3 r = x - x0_;
-    double density = profile_.along.density(dot(r, along_));
-    if (dimension_ > 1 && density > 0) density *= profile_.across.density(dot(r, across_));
-    if (dimension_ > 2 && density > 0 && !profile_.depth.is_even() && !profile_.face)
-      density *= profile_.depth.density(profile_.into * r[profile_.axis]);
-    return density;
+    double peak = 1, fall = 0;
+    for (const Factor& factor : std::span(factors_).first(count_)) {
+      const double s = dot(x - x0_, factor.direction);
+      peak *= factor.profile->peak(s), fall += factor.profile->fall(s);
+    }
+    return fall < nothing ? peak * std::exp(-fall) : 0;
+  }
+  /// Is there nothing of the source within `around` (m) of a place?
+  bool is_far(const Vec3& x, double around) const {
+    double fall = 0;
+    for (const Factor& factor : std::span(factors_).first(count_)) {
+      const double s = dot(x - x0_, factor.direction);
+      if (std::abs(s) > around) fall += factor.profile->fall(s < 0 ? s + around : s - around);
+    }
+    return fall >= nothing;
   }
   const Vec3& location() const { return x0_; }
   /// Does the density change along this axis?
@@ -61,14 +74,30 @@ class PosedProfile {
   }
 
  private:
+  /// A factor of the density, along a direction of its own.
+  struct Factor {
+    Vec3 direction;
+    const AxisProfile* profile;
+  };
+  /// At six standard deviations, beyond which lies less than 1e-7 of the heat.
+  static constexpr double nothing = 0.5 * 6 * 6;
+
+  /// Bodies of fewer dimensions leave out the last ones.
+  bool is_in_body(const Vec3& direction) const {
+    double square = 0;
+    for (int axis = 0; axis < dimension_; ++axis) square += direction[axis] * direction[axis];
+    return square > 0.5;
+  }
   double factor_sign(int axis) const {
     if (axis == profile_.axis) return profile_.into;
     return profile_.is_round || along_[axis] > -0.5 ? 1 : -1;
   }
 
   const SourceProfile& profile_;
-  Vec3 x0_, along_, across_;
+  Vec3 x0_, along_;
   int dimension_;
+  std::array<Factor, 3> factors_;
+  int count_ = 0;
 };
 
 }  // namespace calor

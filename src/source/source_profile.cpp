@@ -17,18 +17,20 @@ Registry<SourceProfileKind>& source_profiles() {
   return all;
 }
 
+AxisProfile::AxisProfile(Kind kind, double ahead, double behind, double part_ahead)
+    : kind_(kind), ahead_(ahead), behind_(behind), part_ahead_(part_ahead) {
+  if (kind == Kind::even) return;
+  const auto peak = [&](double part, double length) {
+    return kind == Kind::box ? 1 / length : 2 * part / (std::sqrt(2 * std::numbers::pi) * length);
+  };
+  peak_ahead_ = peak(part_ahead, ahead), peak_behind_ = peak(1 - part_ahead, behind);
+}
+
 double AxisProfile::below(double s) const {
   if (kind_ == Kind::box) return std::clamp(s / ahead_ + 0.5, 0.0, 1.0);
   const double part_behind = 1 - part_ahead_;
   return s < 0 ? part_behind * std::erfc(-s / (std::numbers::sqrt2 * behind_))
                : part_behind + part_ahead_ * std::erf(s / (std::numbers::sqrt2 * ahead_));
-}
-
-double AxisProfile::density(double s) const {
-  if (kind_ == Kind::box) return std::abs(s) <= 0.5 * ahead_ ? 1 / ahead_ : 0;
-  const double sigma = s < 0 ? behind_ : ahead_, part = s < 0 ? 1 - part_ahead_ : part_ahead_;
-  const double u = s / sigma;
-  return 2 * part / (std::sqrt(2 * std::numbers::pi) * sigma) * std::exp(-0.5 * u * u);
 }
 
 double AxisProfile::reach() const {

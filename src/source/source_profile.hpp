@@ -1,6 +1,8 @@
 #pragma once
 // How a moving source spreads its heat: profiles along single axes, and their products in space. A new profile is a new
 // file and its name in source_profile.cpp.
+#include <cmath>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -24,18 +26,24 @@ class AxisProfile {
   /// The same density throughout the body.
   static AxisProfile even() { return {Kind::even, 0, 0, 0}; }
 
-  double below(double s) const;    ///< integral up to s; not of `even`
-  double density(double s) const;  ///< 1/m; not of `even`
-  double reach() const;            ///< farther away there is nothing, m
+  double below(double s) const;  ///< integral up to s; not of `even`
+  double reach() const;          ///< farther away there is nothing, m
+  /// The density is peak(s) exp(-fall(s)), 1/m; not of `even`.
+  double peak(double s) const { return s < 0 ? peak_behind_ : peak_ahead_; }
+  double fall(double s) const {
+    if (kind_ == Kind::box) return std::abs(s) <= 0.5 * ahead_ ? 0 : std::numeric_limits<double>::infinity();
+    const double u = s / (s < 0 ? behind_ : ahead_);
+    return 0.5 * u * u;
+  }
   bool is_even() const { return kind_ == Kind::even; }
 
  private:
   enum class Kind { gaussian, box, even };
-  AxisProfile(Kind kind, double ahead, double behind, double part_ahead)
-      : kind_(kind), ahead_(ahead), behind_(behind), part_ahead_(part_ahead) {}
+  AxisProfile(Kind kind, double ahead, double behind, double part_ahead);
 
   Kind kind_;
   double ahead_, behind_, part_ahead_;
+  double peak_ahead_ = 0, peak_behind_ = 0;
 };
 
 /// A product of densities along the motion, across, and along an axis normal to both (bodies of fewer dimensions leave
