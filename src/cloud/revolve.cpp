@@ -9,6 +9,7 @@
 #include "cloud/cell_samples.hpp"
 #include "cloud/lattice.hpp"
 #include "cloud/points.hpp"
+#include "surface/body.hpp"
 
 namespace calor {
 namespace {
@@ -96,6 +97,35 @@ void close(Cloud& cloud) {
   for (int i = 0; i < cloud.owned; ++i) cloud.hoop[i] *= 1 + shift + slope * (cloud.x[i].y - middle);
 }
 
+/// Integral of x over a body in the plane, by Gauss's theorem those of x^2 / 2 n_x and y^2 / 2 n_y over its outline.
+Vec3 moment_of(const Surface& outline) {
+  Vec3 sum;
+  for (int f = 0; f < static_cast<int>(outline.facets.size()); ++f) {
+    const auto& vertex = outline.facets[f].vertex;
+    const Vec3 &a = outline.vertices[vertex[0]], &b = outline.vertices[vertex[1]];
+    sum += 1. / 6 * product(outline.area(f), product(a, a) + product(a, b) + product(b, b));
+  }
+  return sum;
+}
+
+/// The moments of the cells about their points, in the plane, are known by samples. Changes them in proportion such
+/// that the cells have the moment of the whole body together. Collective.
+void meet(Cloud& cloud, const Vec3& whole) {
+  constexpr int columns = 4;
+  std::vector<double> rows;
+  rows.reserve(columns * static_cast<std::size_t>(cloud.owned));
+  for (int i = 0; i < cloud.owned; ++i) {
+    const Vec3 &m = cloud.moment[i], all = cloud.volume[i] * cloud.x[i] + m;
+    rows.insert(rows.end(), {all.x, std::abs(m.x), all.y, std::abs(m.y)});
+  }
+  const auto s = sums(cloud.comm, rows, columns);
+  for (const int axis : {0, 1}) {
+    const double surplus = s[2 * axis] - whole[axis], size = s[2 * axis + 1];
+    if (!(std::abs(surplus) < 0.5 * size)) continue;  // too few points to tell
+    for (int i = 0; i < cloud.owned; ++i) cloud.moment[i][axis] -= surplus / size * std::abs(cloud.moment[i][axis]);
+  }
+}
+
 /// Of the rectangle that a generator has filled.
 double mean_distance(const Cloud& cloud) {
   if (!cloud.walls.empty()) return 0.5 * (cloud.walls[0] + cloud.walls[1]);
@@ -109,16 +139,21 @@ void revolve(Cloud& cloud, bool volumes_of_cells) {
   cloud.hoop.resize(cloud.local());
   cloud.moment.resize(cloud.local());
   for_each_cell(cloud, [&](int i, const CellMoments& cell) {
-    const Vec3& centroid = volumes_of_cells || cloud.on_faces[i] != 0 ? cell.centroid : cloud.x[i];
-    const double thickness = turn * centroid.x;
+    const bool is_inside = !volumes_of_cells && cloud.on_faces[i] == 0;
+    cloud.moment[i] = is_inside ? Vec3{} : cloud.volume[i] * (cell.centroid - cloud.x[i]);
+  });
+  if (cloud.body) meet(cloud, moment_of(cloud.body->surface()));
+  for (int i = 0; i < cloud.owned; ++i) {
+    const double thickness = turn * (cloud.x[i].x + cloud.moment[i].x / cloud.volume[i]);
     cloud.hoop[i] = turn * cloud.volume[i];
-    cloud.moment[i] = cloud.hoop[i] * (centroid - cloud.x[i]);
+    cloud.moment[i] *= turn;
     cloud.volume[i] *= thickness;
     cloud.full_volume[i] *= thickness;
-  });
+  }
   revolve_surface(cloud);
   if (!cloud.lattice) close(cloud);
-  cloud.exact.volume *= turn * mean_distance(cloud);
+  cloud.exact.volume =
+      turn * (cloud.body ? moment_of(cloud.body->surface()).x : cloud.exact.volume * mean_distance(cloud));
   cloud.cross_section = turn;
   cloud.axisymmetric = true;
   cloud.box_lattice = false;

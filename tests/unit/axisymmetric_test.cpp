@@ -138,6 +138,37 @@ TEST(AxisymmetricCloud, VolumesAndAreasAreThoseOfTheWholeBody) {
   }
 }
 
+TEST(AxisymmetricCloud, BodiesOfAnyOutlineHaveTheVolumeThatPappusTells) {
+  // A cone, a frustum with a bore, and a ring of square section with a square hole: 2 pi times area times the distance
+  // of its centroid from the axis.
+  struct Body {
+    std::string part;
+    double volume;
+  };
+  const std::vector<Body> bodies = {{R"(x = ["0 m", "0.3 m", "0 m"]
+y = ["0 m", "0 m", "0.2 m"])",
+                                     pi * 0.3 * 0.3 * 0.2 / 3},
+                                    {R"(x = ["0.1 m", "0.4 m", "0.2 m", "0.1 m"]
+y = ["0 m", "0 m", "0.3 m", "0.3 m"])",
+                                     pi * 0.3 * ((0.4 * 0.4 + 0.4 * 0.2 + 0.2 * 0.2) / 3 - 0.1 * 0.1)},
+                                    {R"(x = ["0.2 m", "0.6 m", "0.6 m", "0.2 m"]
+y = ["0 m", "0 m", "0.4 m", "0.4 m"]
+[[cloud.part.hole]]
+x = ["0.4 m", "0.5 m", "0.5 m", "0.4 m"]
+y = ["0.1 m", "0.1 m", "0.3 m", "0.3 m"])",
+                                     2 * pi * (0.4 * 0.4 * 0.4 - 0.1 * 0.2 * 0.45)}};
+  for (const Body& body : bodies)
+    for (const char* spacing : {"0.04 m", "0.02 m"}) {
+      const CaseModel m(insulated("sph", "[cloud]\nshape = \"surface\"\naxisymmetric = true\nspacing = \"" +
+                                             std::string(spacing) + "\"\n[[cloud.part]]\nshape = \"polygon\"\n" +
+                                             body.part + "\n"));
+      const CloudCheck is = check(m.cloud());
+      EXPECT_NEAR(is.volume / body.volume, 1, 1e-12) << body.part;
+      EXPECT_LT(is.volume_error, 1e-12) << body.part;
+      for (int i = 0; i < m.cloud().owned; ++i) EXPECT_GT(m.cloud().volume[i], 0);
+    }
+}
+
 TEST(AxisymmetricCloud, CellsOfALatticeAreRings) {
   const CaseModel m(insulated("sph", Tube{.a = 0, .b = 0.4, .H = 0.2}.text()));
   const Cloud& cloud = m.cloud();
