@@ -1,10 +1,8 @@
 // Sources through the whole body along an axis, the thickness of a plate: a Gaussian column, and a line as narrow as
 // the points can tell, spread evenly over one spacing around its position. The temperature on a line has no limit as
 // the spacing shrinks; farther away it has.
-#include <algorithm>
 #include <cmath>
 
-#include "base/parallel.hpp"
 #include "source/source_profile.hpp"
 
 namespace calor {
@@ -16,9 +14,7 @@ SourceProfileKind line_profile() {
               "spread over one spacing",
           .keys = {{"along", Kind::choice, "", "z", "Axis of the line in 3D.", {"x", "y", "z"}}},
           .make = [](const Table& line, const Cloud& cloud) -> SourceProfile {
-            double spacing = 0;
-            for (int i = 0; i < cloud.owned; ++i) spacing = std::max(spacing, cloud.spacing[i]);
-            const AxisProfile narrow = AxisProfile::box(max(cloud.comm, spacing));
+            const AxisProfile narrow = AxisProfile::box(0);  // as the spacing on its path allows
             return {.along = narrow, .across = narrow, .is_round = true, .axis = axis_through(line, cloud.dimension)};
           }};
 }

@@ -307,12 +307,9 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
     table.refuse("", fmt::format("[{}] has a place in an axisymmetric body, in which it would be a ring", table.path()),
                  "give power_density by a formula, or a power that is spread by relative_density");
   Path path = Path::read(table, cloud.dimension);
-  double widest = 0;
-  for (int i = 0; i < cloud.owned; ++i) widest = std::max(widest, cloud.spacing[i]);
   std::array<bool, 3> varies{};
   for (int axis = 0; axis < cloud.dimension; ++axis) varies[axis] = profile.varies(axis);
-  const double near = profile.radius + max(cloud.comm, widest);
-  const std::vector<Stretch> lines = stretches_of(path, cloud, near, varies);
+  const std::vector<Stretch> lines = stretches_of(path, cloud, profile.radius, varies);
   double spacing = 0;
   for (const Stretch& line : lines) spacing = std::max(spacing, line.spacing);
   spacing = max(cloud.comm, spacing);
@@ -322,7 +319,10 @@ std::unique_ptr<Source> make_moving_source(const std::string& name, const Table&
                                      : "pass",
                  fmt::format("the source '{}' never touches the body", name), "move it onto the body");
   SourceProfile resolved = profile;
-  if (resolved.sigma == 0) resolved.sigma = spacing;
+  if (profile.radius == 0) {
+    resolved.along = resolved.across = AxisProfile::box(spacing);
+    resolved.sigma = spacing;
+  }
   auto source = std::make_unique<MovingSource>(name, table, cloud, resolved, std::move(path));
   for (const std::string& note : notes_on_path(lines, name, end, cloud.comm))
     source->notes.push_back(table.location().text() + ": " + note);

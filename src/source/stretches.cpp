@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "base/parallel.hpp"
+#include "base/reduce.hpp"
 #include "cloud/cells.hpp"
 
 namespace calor {
@@ -26,8 +27,11 @@ std::vector<Stretch> coarse(const Path& path, double near) {
   return lines;
 }
 
-/// Finds the spacings of the points of this rank within `near` of the lines.
-void find_spacings(std::vector<Stretch>& lines, const Cloud& cloud, double near, const std::array<bool, 3>& varies) {
+/// Finds the spacings of the points of this rank that are touched from the lines.
+void find_spacings(std::vector<Stretch>& lines, const Cloud& cloud, double radius, double widest,
+                   const std::array<bool, 3>& varies) {
+  constexpr double rounding = 1e-9;  // spacings
+  const double near = radius + (1 + rounding) * widest;
   const Bounds bounds = bounds_of(cloud.owned_points());
   for (Stretch& line : lines) {
     const Vec3 &a = line.from, &b = line.to;
@@ -42,17 +46,20 @@ void find_spacings(std::vector<Stretch>& lines, const Cloud& cloud, double near,
       const double s = square > 0 ? std::clamp(dot(cloud.x[i] - a, way) / square, 0.0, 1.0) : 0;
       Vec3 r = cloud.x[i] - (a + s * way);
       for (int axis = 0; axis < 3; ++axis) r[axis] *= varies[axis];
-      if (norm(r) <= near) line.spacing = std::max(line.spacing, cloud.spacing[i]);
+      if (norm(r) <= radius + (1 + rounding) * cloud.spacing[i])
+        line.spacing = std::max(line.spacing, cloud.spacing[i]);
     }
   }
 }
 
 }  // namespace
 
-std::vector<Stretch> stretches_of(const Path& path, const Cloud& cloud, double near,
+std::vector<Stretch> stretches_of(const Path& path, const Cloud& cloud, double radius,
                                   const std::array<bool, 3>& varies) {
-  std::vector<Stretch> lines = coarse(path, 0.5 * near);
-  find_spacings(lines, cloud, near, varies);
+  const ValueRange spacing = range_of(std::span<const double>(cloud.spacing).first(cloud.owned));
+  const double least = min(cloud.comm, spacing.low), widest = max(cloud.comm, spacing.high);
+  std::vector<Stretch> lines = coarse(path, 0.5 * (radius + least));
+  find_spacings(lines, cloud, radius, widest, varies);
   return lines;
 }
 

@@ -14,12 +14,14 @@ struct Stretch {
   Vec3 from, to;
   double begin;        ///< s
   bool heats;          ///< its power is not 0
-  double spacing = 0;  ///< the largest among the points near it; 0 where there are none
+  double spacing = 0;  ///< the largest among the points that are touched; 0 where none are
 };
 
-/// The path as straight lines, short segments taken together where they stay within half of `near` of a line, with the
-/// spacings of the points of this rank within `near` of them along the axes on which the source varies.
-std::vector<Stretch> stretches_of(const Path& path, const Cloud& cloud, double near, const std::array<bool, 3>& varies);
+/// The path as straight lines, short segments taken together where they stay near a line, with the spacings of the
+/// points of this rank that a source of the given radius (m) touches: nearer than it and their own spacing, along the
+/// axes on which the source varies. Collective.
+std::vector<Stretch> stretches_of(const Path& path, const Cloud& cloud, double radius,
+                                  const std::array<bool, 3>& varies);
 
 /// What a user should know of a path that is not what was meant: on which the source heats beside the body, or after
 /// the end of the run, s. Collective.
