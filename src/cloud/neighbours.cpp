@@ -9,6 +9,7 @@
 #include "base/error.hpp"
 #include "base/parallel.hpp"
 #include "cloud/search.hpp"
+#include "surface/solids.hpp"
 
 namespace calor {
 namespace {
@@ -84,6 +85,15 @@ std::vector<std::uint32_t> image_sets(std::uint32_t mirrored_faces) {
   return sets;
 }
 
+/// Points that lie on a contact belong to one side of it: a thin part on the other side keeps those within it alone.
+std::string cure_of_few_neighbours(const Cloud& cloud, int i) {
+  if (!cloud.solids || !cloud.solids->sides())
+    return "give it neighbours: more points, a larger support, or volumes that fit the distances";
+  const std::string& part = cloud.tags[cloud.tag[i]];
+  return fmt::format("{} is too thin there for its points: take a smaller spacing, or finer points there",
+                     part.empty() ? "the body" : fmt::format("part '{}'", part));
+}
+
 }  // namespace
 
 Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint32_t mirrored_faces) {
@@ -141,7 +151,7 @@ void require_neighbours(const Cloud& cloud, const Neighbours& neighbours) {
         throw Error(Fault::bad_case,
                     fmt::format("point {} has {} neighbour{}, fewer than {}", point_text(cloud, i), n,
                                 n == 1 ? "" : "s", least),
-                    "give it neighbours: more points, a larger support, or volumes that fit the distances");
+                    cure_of_few_neighbours(cloud, i));
     }
   });
 }
