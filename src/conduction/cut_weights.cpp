@@ -192,19 +192,6 @@ Vec3 middle_of(const Cloud& cloud) {
   return (1 / s[0]) * Vec3{s[1], s[2], s[3]};
 }
 
-/// Walls end at the faces as far as these cut: the area vectors are those of the whole body where a cut pair conducts
-/// as before.
-void end_walls(const CutPairs& cut_pairs, Cloud& cloud) {
-  if (!cloud.whole) return;
-  std::vector<double> lost(cloud.owned), conducted(cloud.owned);
-  for (const auto& sides : cut_pairs)
-    for (const auto& side : sides)
-      for (const CutPair& pair : side)
-        lost[pair.point] += pair.lost, conducted[pair.point] += pair.conducts * pair.lost;
-  for (int i = 0; i < cloud.owned; ++i)
-    if (conducted[i] > 0) cloud.area[i] += (conducted[i] / lost[i]) * (cloud.whole->area[i] - cloud.area[i]);
-}
-
 /// What heat that runs along the faces must find at the owned points beside them, and at the neighbours of points
 /// beside full cuts.
 struct AlongFaces {
@@ -255,7 +242,7 @@ AlongFaces along_faces(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
         const double length = dot(x_ji, normal), area = std::max(lost, beside) * length;
         const double sliver = beside * length * (at - 0.5) * length;
         along.wanted[i] +=
-            (1 - conducts) * (lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver);
+            (1 - conducts) * lost * (dot(x_ji, x_ji) - length * length) + 2 * (cloud.dimension - 1) * sliver;
         faces.add(i, area, normal);
         if (full_cut) full_cuts.add(i, area, normal);
       }
@@ -272,10 +259,13 @@ AlongFaces along_faces(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
     }
     if (!(faces.area[i] > 0)) continue;
     along.P[i] = faces.projection(i, cloud.dimension);
+    double kept = 0;
     for (auto n = neighbours.row[i]; n < neighbours.row[i + 1]; ++n) {
       const Vec3 x_ji = neighbours.x_ji(cloud.x, i, n);
-      along.wanted[i] += G[n] * dot(x_ji, along.P[i] * x_ji);
+      kept += G[n] * dot(x_ji, along.P[i] * x_ji);
     }
+    constexpr double least = 0.1;  // of a row whose side is much thinner than its cells: so much can be had
+    along.wanted[i] = std::max(along.wanted[i] + kept, least * kept);
   }
   return along;
 }
@@ -308,7 +298,6 @@ CutWeights cut_weights(const Cloud& cloud, const SurfaceCuts& cuts, const Neighb
                        CorrectionReport& report) {
   const CutPairs cut_pairs = cut(cloud, cuts, neighbours, G);
   Cloud cracked = cloud;  // its surface includes the faces
-  end_walls(cut_pairs, cracked);
   const Vec3 middle = middle_of(cloud);  // moments of places far from the origin are all round-off
   for (Vec3& x : cracked.x) x -= middle;
   const auto area = areas_of_faces(cracked, cuts, cut_pairs);
