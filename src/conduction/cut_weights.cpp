@@ -297,7 +297,7 @@ void restore_along_faces(const Cloud& cracked, const Neighbours& neighbours, con
 CutWeights cut_weights(const Cloud& cloud, const SurfaceCuts& cuts, const Neighbours& neighbours, std::vector<double> G,
                        CorrectionReport& report) {
   const CutPairs cut_pairs = cut(cloud, cuts, neighbours, G);
-  Cloud cracked = cloud;  // its surface includes the faces
+  Cloud cracked = cloud;                 // its surface includes the faces
   const Vec3 middle = middle_of(cloud);  // moments of places far from the origin are all round-off
   for (Vec3& x : cracked.x) x -= middle;
   const auto area = areas_of_faces(cracked, cuts, cut_pairs);
