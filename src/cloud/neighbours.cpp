@@ -119,8 +119,9 @@ Neighbours find_neighbours(const Cloud& cloud, const Support& support, std::uint
       for (std::int32_t& k : found) k = search.local(k);
       if (coincident > 1) refuse_coincident(cloud, i, found);
       if (cloud.body) {
-        const auto hidden = std::ranges::remove_if(found, [&](int j) { return j != i && !cloud.sees(i, j); });
-        found = found.first(found.size() - hidden.size());
+        const auto seen =
+            std::remove_if(found.begin(), found.end(), [&](int j) { return j != i && !cloud.sees(i, j); });
+        found = found.first(seen - found.begin());
       }
       const std::size_t size = out.column.size(), needed = size + found.size();
       if (out.column.capacity() < needed) {

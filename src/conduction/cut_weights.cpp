@@ -137,11 +137,11 @@ CutPairs cut(const Cloud& cloud, const SurfaceCuts& cuts, const Neighbours& neig
   for (std::size_t n = 0, next = 0; n < crossings.size(); n = next) {
     const std::int64_t entry = crossings[n].entry;
     const double whole = G[entry];
-    const Crossing* faced = nullptr;
+    const Crossing* faced = &crossings[n];
     for (next = n; next < crossings.size() && crossings[next].entry == entry; ++next) {
       const Crossing& x = crossings[next];
       G[entry] *= 1 - x.fraction;
-      if (!faced || x.at < faced->at) faced = &x;
+      if (x.at < faced->at) faced = &x;
     }
     const Vec3 x_ji = cloud.x[neighbours.column[entry]] - cloud.x[faced->point];
     pairs[faced->crack][faced->upper].push_back({faced->point, x_ji, faced->normal, faced->at, whole - G[entry],

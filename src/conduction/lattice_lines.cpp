@@ -271,6 +271,7 @@ std::vector<double> lattice_line_weights(const Cloud& cloud, const Neighbours& n
   }
   most = max(cloud.comm, most);
   std::vector<Line> lines;
+  lines.reserve(cloud.dimension);
   for (int a = 0; a < cloud.dimension; ++a)
     lines.emplace_back(lattice, a, cloud.axisymmetric && a == 0, force, most, range[a]);
   const Rods rods(cloud, std::move(lines));

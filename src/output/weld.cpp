@@ -7,6 +7,7 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <utility>
 
 #include "base/archive.hpp"
 #include "base/parallel.hpp"
@@ -168,13 +169,13 @@ std::shared_ptr<WeldResults> WeldResults::make(const Case& c, HeatSystem& system
 }
 
 WeldResults::WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
-                         const std::vector<double>& start_E)
+                         std::vector<double> start_E)
     : system_(system),
       probes_(probes),
       has_cooling_(cooling_levels(c).has_value()),
       points_(system.cloud().owned, cooling_levels(c)),
       at_probes_(probes.names().size(), cooling_levels(c)),
-      start_E_(start_E) {
+      start_E_(std::move(start_E)) {
   const Cloud& cloud = system.cloud();
   const Table weld = c.section("weld");
   for (const auto& [name, table] : weld.sub("extent").children()) {

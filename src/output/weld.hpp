@@ -100,8 +100,7 @@ class WeldResults {
   std::vector<double> numbers() const;
 
  private:
-  WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start,
-              const std::vector<double>& start_E);
+  WeldResults(const Case& c, HeatSystem& system, const Probes& probes, const State& start, std::vector<double> start_E);
 
   HeatSystem& system_;
   const Probes& probes_;
