@@ -34,7 +34,7 @@ LONG = ["anisotropic/block/mlpg-jittered", "anisotropic/turned-square/*81", "bod
 # What is nothing but round-off, or says how it was computed (a face between two ranks counts on both: "neighbours" of mlpg).
 NOISE = {"ranks", "neighbours", "memory_bytes", "residual", "imbalance", "weight_residual", "energy_imbalance", "area_sum", "moment_sum",
          "volume_error", "newton_iterations", "linear_iterations",
-         "face_iterations", "source_error", "average_temperature_error"}
+         "face_iterations", "lambda_iterations", "source_error", "average_temperature_error"}
 
 
 def variants(case):
