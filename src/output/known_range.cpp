@@ -37,7 +37,7 @@ class KnownRange : public Observer {
     const MaterialField& material = run.system.material();
     for (const std::string& name : material.ingredients()) {
       Watched w{.name = "material." + name,
-                .library = behind(run.description, name),
+                .from_library = behind(run.description, name),
                 .tables = tables_of(run.description, "material", name)};
       if (!w.knows_an_end()) continue;
       w.share.resize(n);
@@ -82,17 +82,17 @@ class KnownRange : public Observer {
  private:
   struct Watched {
     std::string name;  ///< "material.steel"
-    const LibraryMaterial* library = nullptr;
+    const LibraryMaterial* from_library = nullptr;
     std::vector<Function> tables;
     std::vector<double> share{};  ///< of the owned points' volume, or 1 for those of a face
     double low = std::numeric_limits<double>::infinity(), high = -low;
 
-    bool knows_an_end() const { return library || !tables.empty(); }
+    bool knows_an_end() const { return from_library || !tables.empty(); }
   };
 
   static void warn(const Watched& w) {
     constexpr double rounding = 6;  // K: what has been measured from 25 degC on is good from 20 degC on
-    if (const LibraryMaterial* l = w.library; l && (w.low < l->low - rounding || w.high > l->high + rounding))
+    if (const LibraryMaterial* l = w.from_library; l && (w.low < l->low - rounding || w.high > l->high + rounding))
       spdlog::warn(
           "the library's '{}' is good for {:g} to {:g} K; here it was between {:.4g} and {:.4g} K: give "
           "properties for these temperatures",
