@@ -217,10 +217,10 @@ std::optional<Symmetry> make_symmetric(const Table& cloud, PartsOfBody& parts, d
     if (std::ranges::count(out.planes, out.planes.back().axis, &MirrorPlane::axis) > 1)
       cloud.refuse("symmetry", fmt::format("the axis {} comes twice", name), "leave one of them out");
   }
-  for (const MirrorPlane& plane : out.planes)
-    for (const Surface& solid : parts.solids)
-      add_face_images(solid, plane, alike * spacing,
-                      &solid == parts.solids.data() ? out.faces.emplace_back() : out.faces.back());
+  for (const MirrorPlane& plane : out.planes) {
+    FaceImages& images = out.faces.emplace_back();
+    for (const Surface& solid : parts.solids) add_face_images(solid, plane, alike * spacing, images);
+  }
   for (Surface& solid : parts.solids) {
     for (const MirrorPlane& plane : out.planes) solid = upper_half(solid, plane);
     out.wedges.push_back(solid);

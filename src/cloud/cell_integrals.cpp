@@ -46,6 +46,14 @@ void add_reduced(std::span<const Vec3> samples, std::span<const double> weight, 
       out.x.push_back(mean + sign * std::sqrt(r) * way), out.weight.push_back(0.5 / r);
 }
 
+/// Does the value at the point differ from those in its cell by more than these among themselves? Chords end the cells
+/// along curved contacts, and the points may lie on the other side of a jump.
+bool lies_beyond_jump(double value, const Places& places, const Integrand& f) {
+  const auto [least, most] = std::ranges::minmax(places.value);
+  const double size = std::max({f.scale, std::abs(least), std::abs(most)});
+  return std::max(least - value, value - most) > most - least + jump_at_edge * size;
+}
+
 /// Values of a function that is integrated again and again at the corners of a lattice's cells, each evaluated once.
 class Corners {
  public:
@@ -291,13 +299,7 @@ std::vector<double> CellIntegrals::values(const Integrand& f) const {
   std::vector<Vec3> inside;
   for (int i = 0; i < cloud.owned; ++i) {
     places.clear();
-    if (impl_->add_cell(i, f, places)) {
-      value[i] = places.mean();
-      continue;
-    }
-    const auto [least, most] = std::ranges::minmax(places.value);
-    const double size = std::max({f.scale, std::abs(least), std::abs(most)});
-    if (std::max(least - value[i], value[i] - most) > most - least + jump_at_edge * size) {
+    if (impl_->add_cell(i, f, places) || lies_beyond_jump(value[i], places, f)) {
       value[i] = places.mean();
       continue;
     }

@@ -85,8 +85,8 @@ Cracks::Surface Cracks::surface_at(const Vec3& place) const {
   const double everywhere = min(cloud_.comm, nearest);
   if (nearest > everywhere) found.clear();  // of the ranks that have the nearest place
   const std::vector<double> s = sums(cloud_.comm, found, 6);
-  const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3],
-               beyond = share * s[4];  // the latter in spacings across
+  const double share = s[5] > 0 ? 1 / s[5] : 0, spacing = share * s[3];
+  const double beyond = share * s[4];  // spacings across the wall
   return {.reached = s[5] > 0 && (everywhere < 3 * spacing || beyond > 0) && beyond > -0.1,
           .normal = share * Vec3{s[0], s[1], s[2]},
           .spacing = spacing};
